@@ -175,9 +175,16 @@ fn weights_in_another_file_are_those_of_the_network() {
         ]
         .concat()
     };
+    let bias = [
+        number(1, 2),
+        number(2, 1),
+        bytes(8, b"bias"),
+        entry("location", "./bias.bin"),
+        number(14, 1),
+    ];
     let apart = |offset: &str| {
         let gemm = operation("Gemm", &["obs", "weights", "bias"], &["action"]);
-        let tensors = [outside(offset), tensor("bias", &[2], &[0.01, -0.01])];
+        let tensors = [outside(offset), bias.concat()];
         network(&[gemm], &tensors, &[("obs", 3)], &[("action", 2)])
     };
     let seen = terms(&["base_angular_velocity"]);
@@ -187,6 +194,8 @@ fn weights_in_another_file_are_those_of_the_network() {
         .flat_map(|weight| weight.to_le_bytes())
         .collect();
     fs::write(dir.path().join("policy.onnx.data"), raw).unwrap();
+    let raw = [0.01_f32, -0.01].map(f32::to_le_bytes).concat();
+    fs::write(dir.path().join("bias.bin"), raw).unwrap();
     let run = |network: &[u8], out: &str| {
         let file = policy(dir.path(), "ours", network, &seen, "");
         let out_is = format!("--out={out}");

@@ -29,8 +29,7 @@ use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use standfast_core::socket::PreparedController;
 use standfast_files::assets::{Source, parse_toml};
-use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use terms::{Gait, Sizes, Stack, Term};
 use toml::Table;
@@ -222,10 +221,13 @@ impl Policy {
                 "an ONNX or TorchScript file",
             )
         })?;
-        let (mut weights, mut names) = (HashMap::new(), Vec::new());
+        let (mut weights, mut names) = (Vec::new(), Vec::new());
         for file in named {
             let folder = Path::new(&self.model).parent().unwrap_or(Path::new(""));
-            let name = folder.join(&file).to_string_lossy().into_owned();
+            let path = folder.join(&file);
+            // A file has one name, without `./`.
+            let parts = path.components().filter(|part| *part != Component::CurDir);
+            let name = parts.collect::<PathBuf>().to_string_lossy().into_owned();
             if !companion_files::is_inside(&file) {
                 let problem = format!("keeps its weights in {file:?}");
                 let accepted = "a file in the folder of the network";
@@ -241,7 +243,7 @@ impl Policy {
                         "that file beside the network",
                     )
                 })?;
-            weights.insert(file, bytes);
+            weights.push((file, bytes));
             names.push(name);
         }
         Ok((Parts { model, weights }, names))
@@ -281,35 +283,28 @@ impl ControllerSpec for Policy {
                 "more than 0, at most 1",
             );
         }
-        let (observed, from_rad) = self.observed_joints();
-        for (field, names) in [("joints", &self.joints[..]), ("observed.joints", observed)] {
+        let observed = self.observed.as_ref();
+        let seen = observed.map_or(&self.joints[..], |observed| &observed.joints);
+        for (field, names) in [("joints", &self.joints[..]), ("observed.joints", seen)] {
+            if names.is_empty() {
+                return fail(field, "[]".into(), "is empty", "at least one joint");
+            }
             let twice = |(i, name): &(usize, &String)| names[..*i].contains(name);
             if let Some((_, name)) = names.iter().enumerate().find(twice) {
                 return fail(field, name.clone(), "is there twice", "each joint once");
             }
-        }
-        if from_rad.len() != observed.len() {
-            let accepted = format!("one for each of its {} observed joints", observed.len());
-            let value = format!("{} numbers", from_rad.len());
-            let problem = "has another length than joints";
-            return match self.observed {
-                Some(_) => fail("observed.default_rad", value, problem, &accepted),
-                None => fail("default_rad", value, problem, &accepted),
-            };
-        }
-        if let Some(value) = from_rad.iter().find(|value| !value.is_finite()) {
-            return fail(
-                "observed.default_rad",
-                value.to_string(),
-                "out of range",
-                "a finite number",
-            );
         }
         let any = f64::NEG_INFINITY..=f64::INFINITY;
         let lists = [
             (
                 "default_rad",
                 Some(&self.default_rad),
+                any.clone(),
+                "a finite number",
+            ),
+            (
+                "observed.default_rad",
+                observed.map(|observed| &observed.default_rad),
                 any.clone(),
                 "a finite number",
             ),
@@ -358,8 +353,12 @@ impl ControllerSpec for Policy {
         }
         for (field, list, range, accepted) in lists {
             let Some(list) = list else { continue };
-            if list.len() != self.joints.len() {
-                let accepted = format!("one for each of its {} joints", self.joints.len());
+            let count = match field {
+                "observed.default_rad" => seen.len(),
+                _ => self.joints.len(),
+            };
+            if list.len() != count {
+                let accepted = format!("one for each of its {count} joints");
                 return fail(
                     field,
                     format!("{} numbers", list.len()),
@@ -437,7 +436,8 @@ impl ControllerSpec for Policy {
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         let (Parts { model, weights }, names) = self.parts()?;
-        let weights = names.into_iter().zip(weights.into_values());
+        let weights = weights.into_iter().map(|(_, bytes)| bytes);
+        let weights = names.into_iter().zip(weights);
         Ok([(self.model.clone(), model)]
             .into_iter()
             .chain(weights)
@@ -483,8 +483,12 @@ impl ControllerSpec for Policy {
             home,
         });
         let about = format!(
-            "{}, with stiffness and damping of its training",
-            about(&self.description, &self.model)
+            "{}, with {}",
+            about(&self.description, &self.model),
+            match self.stiffness {
+                Some(_) => "stiffness and damping of its training",
+                None => "stiffness and damping that its network gives",
+            }
         );
         let mut prepared =
             PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));

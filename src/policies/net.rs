@@ -4,6 +4,7 @@ use super::limited::limited;
 use super::proto::{self, MOST_NUMBERS};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
+use std::iter;
 use std::sync::Arc;
 use tract_onnx::pb::GraphProto;
 use tract_onnx::prelude::*;
@@ -37,8 +38,8 @@ enum Takes {
 }
 
 /// The outputs of a network by their meaning, and its memory: which output each input is fed from at the next action. All
-/// of it may be left out: the memory of inputs `x_in`, or `x`, then is that of outputs `x_out`, and the action is the
-/// only other output.
+/// of it may be left out: other inputs `x_in`, or `x`, are fed from outputs `x_out`, and the action is the only other
+/// output.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Outputs {
@@ -76,7 +77,7 @@ pub struct Answer {
 #[derive(Clone)]
 pub struct Parts {
     pub model: Vec<u8>,
-    pub weights: HashMap<String, Vec<u8>>,
+    pub weights: Vec<(String, Vec<u8>)>,
 }
 
 /// The metadata of a network's file: names and texts. Errors are in words.
@@ -195,8 +196,7 @@ impl Net {
                 ));
             }
         }
-        let lists = [Some(&answer.action)].into_iter().flatten();
-        for list in lists.chain(answer.gains.iter().flatten()) {
+        for list in iter::once(&answer.action).chain(answer.gains.iter().flatten()) {
             if list.len() != ends.actions {
                 return Err(format!(
                     "gives {} numbers, but it drives {} joints",
@@ -285,20 +285,20 @@ impl Wires {
                 .iter()
                 .any(|(name, _)| name.as_deref() == Some(input))
         };
-        let memory = match ends.outputs.memory.is_empty() {
-            false => ends.outputs.memory.clone(),
-            true => inputs
-                .iter()
-                .filter(|input| !is_observed(input))
-                .filter_map(|input| {
-                    let stem = input.strip_suffix("_in").unwrap_or(input);
-                    let fed = format!("{stem}_out");
-                    output(&fed).map(|_| (input.to_string(), fed))
-                })
-                .collect(),
-        };
+        let mut memory = ends.outputs.memory.clone();
+        if inputs.len() > 1 {
+            for input in inputs.iter().filter(|input| !is_observed(input)) {
+                let fed = format!("{}_out", input.strip_suffix("_in").unwrap_or(input));
+                if output(&fed).is_some() {
+                    memory.entry(input.to_string()).or_insert(fed);
+                }
+            }
+        }
         let (mut kept, mut kept_names) = (Vec::new(), Vec::new());
         for (input, from) in &memory {
+            if is_observed(input) {
+                return Err(words(&format!("; {input:?} is both observed and fed back")));
+            }
             let (true, Some(from)) = (inputs.contains(&input.as_str()), output(from)) else {
                 return Err(words(&format!(
                     "; there is no memory from {from:?} to {input:?}"
@@ -365,6 +365,11 @@ impl Wires {
             (Some(action), ..) | (None, Some(action), None) => action,
             _ => return Err(words("; `network.action` says which output is the action")),
         };
+        if let Some([stiffness, damping]) = gains
+            && (stiffness == damping || [stiffness, damping].contains(&action))
+        {
+            return Err(words("; `network` names one output twice"));
+        }
         Ok(Self {
             inputs: takes,
             action,

@@ -3,7 +3,7 @@
 
 use super::torchscript;
 use standfast_files::assets::what_else;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
 use tract_onnx::pb::{
     AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto,
@@ -15,6 +15,9 @@ use tract_onnx::prelude::*;
 pub const MOST_NODES: usize = 5_000;
 /// Largest number of values of a tensor: 64 MB of float32.
 pub const MOST_NUMBERS: u64 = 1 << 24;
+
+/// Largest number of bytes of all tensors that are kept in other files.
+const MOST_JOINED_BYTES: u64 = 16 * MOST_NUMBERS;
 
 /// Reads a file of ONNX or TorchScript. Errors are in words.
 pub fn read(bytes: &[u8]) -> Result<ModelProto, String> {
@@ -103,12 +106,13 @@ pub fn weight_files(model: &mut ModelProto) -> Vec<String> {
 }
 
 /// Puts the tensors that are kept in other files, by their names, into the file. Errors are in words.
-pub fn join(model: &mut ModelProto, files: &HashMap<String, Vec<u8>>) -> Result<(), String> {
+pub fn join(model: &mut ModelProto, files: &[(String, Vec<u8>)]) -> Result<(), String> {
+    let mut joined = 0;
     for tensor in tensors(model).filter(|tensor| is_outside(tensor)) {
         let file = kept(tensor, "location").unwrap_or_default();
-        let bytes = files
-            .get(file)
-            .ok_or_else(|| format!("its tensor {:?} is kept in {file:?}", tensor.name))?;
+        let Some((_, bytes)) = files.iter().find(|(name, _)| name == file) else {
+            return Err(format!("its tensor {:?} is kept in {file:?}", tensor.name));
+        };
         let number = |key: &str, otherwise: usize| match kept(tensor, key) {
             Some(text) => text.parse().ok(),
             None => Some(otherwise),
@@ -125,6 +129,13 @@ pub fn join(model: &mut ModelProto, files: &HashMap<String, Vec<u8>>) -> Result<
                 bytes.len()
             ));
         };
+        joined += range.len() as u64;
+        if joined > MOST_JOINED_BYTES {
+            return Err(format!(
+                "up to its tensor {:?}, it keeps more than {MOST_JOINED_BYTES} bytes in other files",
+                tensor.name
+            ));
+        }
         tensor.raw_data = range.to_vec();
         tensor.data_location = None;
         tensor.external_data.clear();

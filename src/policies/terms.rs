@@ -351,6 +351,18 @@ pub fn check(
         ));
     }
     frames.check(file, "frames".into())?;
+    if terms
+        .iter()
+        .any(|term| term.input.is_some() != terms[0].input.is_some())
+    {
+        return Err(Error::value(
+            file,
+            "observation",
+            "(terms)",
+            "some say to which input of the network they go, and others do not",
+            "`input` in all terms or in none",
+        ));
+    }
     for (i, term) in terms.iter().enumerate() {
         let field = |key: &str| format!("observation.{i}.{key}");
         let bad = |key: &str, value: String, problem: &str, accepted: &str| {
@@ -382,6 +394,19 @@ pub fn check(
                 accepted,
             );
         }
+    }
+    let phases = gait.map_or([0.0; 4], |gait| {
+        let [left, right] = gait.standing_rad.unwrap_or_default();
+        [gait.start_rad[0], gait.start_rad[1], left, right]
+    });
+    if phases.iter().any(|phase_rad| !phase_rad.is_finite()) {
+        return Err(Error::value(
+            file,
+            "gait.start_rad, gait.standing_rad",
+            format!("{phases:?}"),
+            "is not finite",
+            "finite numbers",
+        ));
     }
     match gait.filter(|gait| !(gait.hz > 0.0 && gait.hz <= 100.0)) {
         Some(gait) => Err(Error::value(

@@ -3,7 +3,6 @@
 use super::network;
 use crate::net::{self, Ends, Net, Outputs};
 use crate::proto;
-use std::collections::HashMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use tract_onnx::pb::{ModelProto, ValueInfoProto};
@@ -270,7 +269,7 @@ fn layers_are_built_as_the_code_says() {
         };
         let parts = net::Parts {
             model: parts.archive(),
-            weights: HashMap::new(),
+            weights: Vec::new(),
         };
         Net::of(parts, ends)
     };

@@ -25,7 +25,10 @@ pub struct Deploy {
 
 /// A term, a switch of all terms, or the terms of one input of the network.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "accepted: true or false, a term with params, scale, clip, history_length, or the terms of an input"
+)]
 enum Entry {
     Switch(bool),
     Term(Observed),
@@ -50,12 +53,18 @@ struct Observed {
     history_length: usize,
 }
 
-/// A parameter of a term. Only numbers are used.
+/// A parameter of a term. Numbers are used, and joints are refused.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Param {
     Number(f64),
+    Part(PartOfJoints),
     Other(serde::de::IgnoredAny),
+}
+
+#[derive(Deserialize)]
+struct PartOfJoints {
+    joint_ids: Option<Vec<usize>>,
 }
 
 impl Deploy {
@@ -139,7 +148,7 @@ impl Deploy {
             terms: Vec::new(),
             gait: None,
             by_frames: false,
-            angles_alone: false,
+            angles_alone: None,
         };
         seen.add("observations", None, observations)?;
         let frames = seen.frames()?;
@@ -149,6 +158,7 @@ impl Deploy {
         };
         let observed = seen
             .angles_alone
+            .unwrap_or(false)
             .then(|| Figure::inferred(zeros(), "joint_pos has the angles themselves"));
         let (stiffness, damping) = (
             of_motor("stiffness", &stiffness)?,
@@ -194,7 +204,7 @@ struct Seen<'a> {
     /// Whole frames of all terms follow each other, rather than the history of one term the next one's.
     by_frames: bool,
     /// Joint positions are the angles themselves.
-    angles_alone: bool,
+    angles_alone: Option<bool>,
 }
 
 impl Seen<'_> {
@@ -247,7 +257,20 @@ impl Seen<'_> {
         scale_first: bool,
     ) -> Result<Term> {
         let term = quantity(self.file, field, name)?;
-        self.angles_alone |= name == "joint_pos";
+        if let Some(Param::Part(PartOfJoints {
+            joint_ids: Some(joints),
+        })) = observed.params.get("asset_cfg")
+        {
+            let problem = "observes these joints alone, which is not taken";
+            return Err(self.bad(field, &format!("{joints:?}"), problem, "all joints, null"));
+        }
+        if term == Quantity::JointPositions {
+            let is_angle = name == "joint_pos";
+            if *self.angles_alone.get_or_insert(is_angle) != is_angle {
+                let problem = "are there both";
+                return Err(self.bad(field, "joint_pos, joint_pos_rel", problem, "one of them"));
+            }
+        }
         if term == Quantity::Phase {
             let Some(Param::Number(gait_period_s)) = observed.params.get("period") else {
                 return Err(self.bad(

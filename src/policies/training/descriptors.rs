@@ -128,6 +128,7 @@ impl Descriptors {
                 seen = Some(joints.clone());
                 if term.term == Quantity::JointPositions {
                     let offsets = match offsets {
+                        _ if observed.name == "joint_pos" => vec![0.0; joints.len()],
                         Some(offsets) => offsets,
                         None => {
                             let list = &articulation.default_joint_pos;
@@ -269,7 +270,7 @@ impl Driven {
         if lower.iter().any(|lower| *lower != -NONE) {
             let why = "its clip limits the targets, and so do these limits of the action; but the last action is seen \
                        within them, too, which is not so in Isaac Lab";
-            driven.clip = Some(Figure::inferred(ActionClip::Each { lower, upper }, why));
+            driven.clip = Some(Figure::assumed(ActionClip::Each { lower, upper }, why));
         }
         Ok(driven)
     }
@@ -308,10 +309,9 @@ impl Observed {
             let key = "overloads.flatten_history_dim";
             return bad(key, "false".into(), "is not taken with a history", "true");
         }
-        let numbers = self.shape.iter().product();
         let scale = scale
             .clone()
-            .map_or_else(Scale::default, |scale| scale_of(short(scale.each(numbers))));
+            .map_or_else(Scale::default, |scale| scale_of(short(scale.each(1))));
         // Isaac Lab clips before it scales.
         let clip = match (clip, &scale) {
             (None, _) => None,
@@ -326,10 +326,7 @@ impl Observed {
                 );
             }
         };
-        let offsets = match &self.name[..] {
-            "joint_pos" => Some(vec![0.0; numbers]),
-            _ => self.joint_pos_offsets.clone().map(short),
-        };
+        let offsets = self.joint_pos_offsets.clone().map(short);
         let term = Term {
             scale,
             clip,

@@ -230,7 +230,13 @@ impl HumanoidVerse {
                     accepted,
                 ));
             }
-            Some(named) if misfits(named) <= beside => Figure::read(named.clone()),
+            Some(named) if *named == in_order || misfits(named) < beside => {
+                Figure::read(named.clone())
+            }
+            Some(named) if misfits(named) == beside => {
+                let why = format!("its dof_names, which are not {as_robot}");
+                Figure::assumed(named.clone(), why)
+            }
             Some(_) => Figure::inferred(
                 in_order,
                 format!(
@@ -303,6 +309,17 @@ impl HumanoidVerse {
                     ));
                 };
                 let mut named = present(&history.keys().collect::<Vec<_>>());
+                let scale = self.obs_scales.get("history").copied().unwrap_or(1.0);
+                if scale != 1.0 {
+                    let problem = "scales the past otherwise than the present, which is not taken";
+                    return Err(Error::value(
+                        file,
+                        "obs_scales.history",
+                        scale,
+                        problem,
+                        "1.0",
+                    ));
+                }
                 // The past of all terms is one term for its program, of the name "history".
                 let mut past: Vec<(String, Stack)> = history
                     .iter()

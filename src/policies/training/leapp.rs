@@ -7,7 +7,9 @@ use crate::net::Outputs;
 use crate::terms::{Quantity, Term};
 use indexmap::IndexMap;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use standfast_core::error::{Error, Result};
+use standfast_core::robot::Robot;
 use std::collections::BTreeMap;
 
 #[derive(Deserialize)]
@@ -39,8 +41,11 @@ struct End {
 #[derive(Deserialize)]
 struct Pipeline {
     /// From `MODEL/output` to each `MODEL/input`.
-    #[serde(default)]
+    #[serde(default, alias = "feedback_flow")]
     feedback_connections: BTreeMap<String, Vec<String>>,
+    /// The memory at the start, if it is not 0.
+    #[serde(default)]
+    initial_values: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -54,7 +59,7 @@ struct Scene {
 }
 
 impl Leapp {
-    pub fn training(self, file: &str) -> Result<Training> {
+    pub fn training(self, file: &str, robot: &Robot) -> Result<Training> {
         let bad = |field: String, value: &str, problem: &str, accepted: &str| {
             Error::value(file, field, value, problem, accepted)
         };
@@ -68,6 +73,16 @@ impl Leapp {
                 "one network",
             ));
         };
+        if self.pipeline.initial_values.is_some() {
+            let problem = "starts its memory at other values than 0, which is not taken";
+            return Err(bad(
+                "pipeline.initial_values".into(),
+                "(some)",
+                problem,
+                "none",
+            ));
+        }
+        let base = &robot.links[0].name;
         let mut terms = Vec::new();
         let mut observed: Option<&[String]> = None;
         for input in model.inputs.iter().filter(|input| !input.is_state) {
@@ -88,6 +103,16 @@ impl Leapp {
                 }
             };
             let elements = input.element_names.last().map(Vec::as_slice);
+            let bodies = match &input.element_names[..] {
+                [bodies, _] if input.kind.starts_with("state/body/") => Some(bodies),
+                _ => None,
+            };
+            if let Some(bodies) = bodies.filter(|bodies| bodies[..] != *std::slice::from_ref(base))
+            {
+                let accepted = format!("[{base}], the first link of {}", robot.name);
+                let (value, problem) = (format!("{bodies:?}"), "is another body than the base");
+                return Err(bad(field("element_names"), &value, problem, &accepted));
+            }
             match term {
                 Quantity::Orientation
                     if elements.is_some_and(|names| names != ["w", "x", "y", "z"]) =>
@@ -117,6 +142,24 @@ impl Leapp {
             });
         }
         let output = |kind: &str| model.outputs.iter().find(|output| output.kind == kind);
+        // One output has all targets, and the gains are in its order.
+        for (i, other) in model.outputs.iter().enumerate() {
+            let targets = output("target/joint/position").map(|targets| &targets.element_names);
+            let again = model.outputs[..i]
+                .iter()
+                .any(|former| former.kind == other.kind);
+            let is_gain = ["kp", "kd"].contains(&&other.kind[..]);
+            if !other.is_state && (again || (is_gain && Some(&other.element_names) != targets)) {
+                let accepted = "one output of each kind, all of the same joints in one order";
+                let field = format!("outputs.{}", other.name);
+                return Err(bad(
+                    field,
+                    &other.kind,
+                    "does not fit the other outputs",
+                    accepted,
+                ));
+            }
+        }
         let Some(action) = output("target/joint/position") else {
             let accepted = "an output of the kind target/joint/position";
             return Err(bad(

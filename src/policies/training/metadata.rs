@@ -123,6 +123,18 @@ impl Metadata<'_> {
                 }
             }
         };
+        if let Some(flat) = each("observation_terms_flatten_history_dim")?
+            .iter()
+            .find(|flat| !["1", "true"].contains(&flat.to_lowercase().as_str()))
+        {
+            let key = "observation_terms_flatten_history_dim";
+            return Err(self.bad(
+                key,
+                flat,
+                "is not taken: the frames of a term follow each other",
+                "1".into(),
+            ));
+        }
         let (scales, clips, histories) = (
             each("observation_terms_scale")?,
             each("observation_terms_clip")?,
@@ -159,8 +171,11 @@ impl Metadata<'_> {
                 term.clip = (most.is_finite()).then_some(most * scale.abs());
             }
             if let Some(word) = histories.get(i) {
-                let count = number("observation_terms_history_length", word)?;
-                term.history = Stack::of(count.max(1.0) as usize);
+                let key = "observation_terms_history_length";
+                let count: usize = word
+                    .parse()
+                    .map_err(|_| self.bad(key, word, "is no whole number", "numbers".into()))?;
+                term.history = Stack::of(count.max(1));
             }
             terms.push(term);
         }

@@ -26,7 +26,7 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
         return Deploy::training(parsed(file, text)?, file, robot);
     }
     if states("pipeline:") {
-        return Leapp::training(parsed(file, text)?, file);
+        return Leapp::training(parsed(file, text)?, file, robot);
     }
     if states("articulations:") {
         return Descriptors::training(parsed(file, text)?, file);

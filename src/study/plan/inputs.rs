@@ -82,7 +82,7 @@ impl Inputs {
                     "name",
                     stem.trim_start_matches("controllers/"),
                     "another file has a controller of this name",
-                    "a name of its own for each",
+                    "a name or a folder of its own for each",
                 ));
             }
         }
