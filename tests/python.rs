@@ -53,6 +53,12 @@ in_python! {
     batches_are_full
     an_exception_reaches_the_caller
     another_shape_is_said
+    gains_may_be_left_out_in_a_row
+    a_tick_without_angles_is_said
+    an_object_with_a_memory_is_asked_for_many_runs
+    what_is_complete_is_kept
+    errors_of_a_connection_are_raised
+    the_greeting_is_given_to_who_takes_it
     a_command_that_is_no_number_ends_its_episode_alone
     a_long_call_meets_the_timeout
     ctrl_c_ends_the_run

@@ -7,6 +7,7 @@ use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use rayon::prelude::*;
 use serde_json::json;
+use standfast_controllers::turns::in_turn;
 use standfast_core::error::{Error, Result};
 use standfast_files::{shell_word, write_atomic};
 use standfast_report::figure::skeleton;
@@ -225,7 +226,7 @@ pub fn write_telling(
             if stop() {
                 return None;
             }
-            let written = write_page(&folder.path, trial, controller)
+            let written = in_turn(|| write_page(&folder.path, trial, controller))
                 .map_err(|error| (trial, controller, error));
             progress.episode();
             Some(written)

@@ -325,9 +325,7 @@ pub(super) fn simulate(
         progress.finish();
         match run {
             Err(Error::Interrupted) => say_what_is_kept("interrupted: ", work, kept, &progress),
-            Err(Error::Machine(_) | Error::Ended(_)) => {
-                say_what_is_kept("incomplete: ", work, kept, &progress)
-            }
+            Err(Error::Machine(_)) => say_what_is_kept("incomplete: ", work, kept, &progress),
             _ => {}
         }
     }

@@ -12,7 +12,8 @@
 //!
 //! A frame of commands is two u32, the parts that it has (bits in the order of [`PARTS`]) and the number of bytes of a
 //! text; the text; and each part as f64, with a row for each row of readings and a column for each joint. The text is
-//! empty, or JSON: `{"error": "..."}` ends everything, and `{"failed": {"3": "..."}}` ends the episode of row 3.
+//! empty, or JSON: `{"error": "..."}` ends everything, and `{"failed": {"3": "..."}}` ends the episode of row 3. A row whose
+//! kp and kd are all NaN keeps the gains of the servos.
 
 use super::child::STOP;
 use super::companion_files;
@@ -42,7 +43,8 @@ const PROTOCOL: u64 = 1;
 const PARTS: [&str; 5] = ["q_ref", "dq_ref", "tau_ff", "kp", "kd"];
 /// Largest number of rows: two batches are open at once, each episode on a thread.
 const MOST_BATCH: usize = 512;
-/// Longest timeout of an answer that a file may state (s). The first answer has at least `START`: a network is loaded.
+/// Longest timeout of an answer that a file may state (s). The greeting and the first answer have at least `START`: a network is
+/// loaded.
 const MOST_TIMEOUT_S: f64 = 1e6;
 const START: Duration = Duration::from_secs(600);
 /// Largest number of bytes of a text.
@@ -59,8 +61,6 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub struct PythonObject {
     kind: String,
     name: String,
-    #[serde(default)]
-    description: String,
     /// What the object is, for people: its module and its class.
     object: String,
     /// Tells this object from others: the Python process answers for no other.
@@ -108,7 +108,6 @@ impl PythonObject {
         greeting["batch"] = self.batch.into();
         greeting["slots"] = (slots + 1).into();
         greeting["observation"] = layout(robot.joints.len()).into();
-        greeting["command"] = json!(PARTS);
         let limit = START.max(Duration::from_secs_f64(self.timeout_s));
         let answer = stream
             .set_read_timeout(Some(GLANCE))
@@ -160,9 +159,8 @@ impl ControllerSpec for PythonObject {
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
-        let cores = thread::available_parallelism().map_or(1, usize::from);
         // Some are open at the start of a run, beside those of the trials.
-        let slots = self.open_episodes().max(4 * cores) + 16;
+        let slots = turns::most_threads(self.open_episodes()) + 16;
         let stream = self.connect(robot, period_s, slots)?;
         let exchange = Arc::new(Exchange {
             name: self.name.clone(),
@@ -180,13 +178,10 @@ impl ControllerSpec for PythonObject {
         thread::Builder::new()
             .spawn(move || served.serve(stream))
             .map_err(|e| Error::Machine(format!("a thread cannot be started: {e}")))?;
-        let open = Open(exchange);
-        let about = about(
-            &self.description,
-            &format!("the Python object {}", self.object),
-        );
+        let open = Arc::new(Open(exchange));
+        let about = about("", &format!("the Python object {}", self.object));
         Ok(PreparedController::new(&self.name, about, move |seed| {
-            Remote::new(&open.0, seed)
+            Remote::new(&open, seed)
         }))
     }
 }
@@ -294,11 +289,13 @@ enum Failure {
 impl Exchange {
     /// Sends frames of readings and hands the answers out, until the controller is dropped or there is no answer.
     fn serve(&self, mut stream: UnixStream) {
-        let mut frame = Vec::new();
+        // The first call may compile.
+        let (mut frame, mut limit) = (Vec::new(), START.max(self.timeout));
         while let Some(batch) = self.next() {
             let answer = self
-                .ask(&mut stream, &batch, &mut frame)
+                .ask(&mut stream, &batch, &mut frame, limit)
                 .and_then(|parts| self.hand_out(&batch, parts, &frame));
+            limit = self.timeout;
             if let Err(end) = answer {
                 let waiting = {
                     let mut state = locked(&self.state);
@@ -323,7 +320,9 @@ impl Exchange {
             if state.is_closed {
                 return None;
             }
+            // Nobody else can add a row to that of a single episode.
             let is_due = state.waiting.len() >= self.batch
+                || state.free.len() + 1 == self.slots
                 || state.waiting.iter().any(|waiting| match &waiting.turns {
                     None => true,
                     Some(turns) => turns.are_idle(),
@@ -356,6 +355,7 @@ impl Exchange {
         stream: &mut UnixStream,
         batch: &[Waiting],
         frame: &mut Vec<u8>,
+        limit: Duration,
     ) -> Result<(u32, Value), End> {
         frame.clear();
         frame.extend((batch.len() as u64).to_le_bytes());
@@ -376,17 +376,17 @@ impl Exchange {
             let content = locked(&desks.get(row).unwrap_or(&desks[0]).content);
             frame.extend(content.row.iter().flat_map(|number| number.to_le_bytes()));
         }
-        send(stream, frame, self.timeout)?;
+        send(stream, frame, limit)?;
 
         let mut head = [0; 8];
-        hear(stream, &mut head, self.timeout)?;
+        hear(stream, &mut head, limit)?;
         let [parts, text] = [0, 4]
             .map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
         if text as usize > MOST_BYTES || parts >> PARTS.len() != 0 {
             return Err(End::Ended("its answer is no frame of commands".into()));
         }
         frame.resize(text as usize, 0);
-        hear(stream, frame, self.timeout)?;
+        hear(stream, frame, limit)?;
         let text: Value = match frame.is_empty() {
             true => Value::Null,
             false => serde_json::from_slice(frame)
@@ -400,7 +400,7 @@ impl Exchange {
         }
         let numbers = parts.count_ones() as usize * self.batch * self.joints;
         frame.resize(size_of::<f64>() * numbers, 0);
-        hear(stream, frame, self.timeout)?;
+        hear(stream, frame, limit)?;
         Ok((parts, text))
     }
 
@@ -445,7 +445,7 @@ fn go_on(turns: Option<&Turns>, waiter: &Arc<Waiter>) {
     }
 }
 
-/// The prepared controller's hold on its connection, which ends with it.
+/// The hold on the connection that the prepared controller has, and each of its episodes. It ends with the last of them.
 struct Open(Arc<Exchange>);
 
 impl Drop for Open {
@@ -457,17 +457,17 @@ impl Drop for Open {
 
 /// The controller in one episode.
 struct Remote {
-    exchange: Arc<Exchange>,
+    open: Arc<Open>,
     desk: Arc<Desk>,
     /// Whether the episode has a slot, as it does from its first tick on.
     has_slot: bool,
 }
 
 impl Remote {
-    fn new(exchange: &Arc<Exchange>, seed: u64) -> Self {
+    fn new(open: &Arc<Open>, seed: u64) -> Self {
         let content = Mutex::default();
         Self {
-            exchange: Arc::clone(exchange),
+            open: Arc::clone(open),
             desk: Arc::new(Desk { seed, content }),
             has_slot: false,
         }
@@ -475,7 +475,7 @@ impl Remote {
 
     /// Puts the readings among those that wait, and waits for the answer.
     fn ask(&mut self, sensed: &Sensed) -> Result<(), Failure> {
-        let (exchange, turns) = (&self.exchange, turns::present());
+        let (exchange, turns) = (&self.open.0, turns::present());
         let waiter = Waiter::of_this_thread();
         {
             let mut state = locked(&exchange.state);
@@ -524,16 +524,16 @@ impl Remote {
 
 impl Controller for Remote {
     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
-        sensed.check(self.exchange.joints)?;
+        let Exchange { name, joints, .. } = &*Arc::clone(&self.open.0);
+        sensed.check(*joints)?;
         let answer = self.ask(sensed);
-        let name = &self.exchange.name;
         answer.map_err(|failure| match failure {
             Failure::OfEpisode(problem) => TickError::Failed(format!("{name}: {problem}")),
             Failure::OfAll(End::Ended(problem)) => TickError::Ended(format!("{name}: {problem}")),
             Failure::OfAll(End::Stopped) => TickError::Interrupted,
         })?;
         let content = locked(&self.desk.content);
-        let mut parts = content.command.chunks_exact(self.exchange.joints);
+        let mut parts = content.command.chunks_exact(*joints);
         let mut part = |bit: u32| {
             (content.parts >> bit & 1 == 1)
                 .then(|| parts.next())
@@ -546,11 +546,12 @@ impl Controller for Remote {
             to.clear();
             match part(bit as u32) {
                 Some(numbers) => to.extend(numbers),
-                None => to.resize(self.exchange.joints, 0.0),
+                None => to.resize(*joints, 0.0),
             }
         }
         command.gains = part(3)
             .zip(part(4))
+            .filter(|(kp, kd)| !kp.iter().chain(*kd).all(|gain| gain.is_nan()))
             .map(|(kp, kd)| kp.iter().zip(kd).map(|(kp, kd)| [*kp, *kd]).collect());
         Ok(())
     }
@@ -569,7 +570,7 @@ impl Drop for Remote {
     fn drop(&mut self) {
         if self.has_slot {
             let slot = locked(&self.desk.content).slot;
-            locked(&self.exchange.state).free.push(slot);
+            locked(&self.open.0.state).free.push(slot);
         }
     }
 }

@@ -5,6 +5,7 @@
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
 
 thread_local! {
     static TURNS: RefCell<Option<Arc<Turns>>> = const { RefCell::new(None) };
@@ -89,6 +90,12 @@ impl Turns {
     }
 }
 
+/// Largest number of threads for a controller that wants `open` episodes at once.
+pub fn most_threads(open: usize) -> usize {
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    open.max(4 * cores)
+}
+
 /// From now on this thread runs its jobs in these turns.
 pub fn take_part(turns: Arc<Turns>) {
     TURNS.set(Some(turns));
@@ -130,7 +137,6 @@ pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
-    use std::thread;
     use std::time::Duration;
 
     /// Sixteen threads share two turns: never more than two compute, also where they wait within a job.

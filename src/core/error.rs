@@ -93,7 +93,7 @@ pub enum Error {
     )]
     Machine(String),
     /// The program that a controller depends on has ended or cannot go on. Finished work is kept.
-    #[error("{0}. Nothing can be run without it")]
+    #[error("{0}")]
     Ended(String),
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]

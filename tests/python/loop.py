@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -190,6 +191,114 @@ def test_another_shape_is_said():
     raises(ValueError, "tick_batch returned torque; accepted: q_ref and", Nothing)
 
 
+def test_gains_may_be_left_out_in_a_row():
+    class Gains(MemoryOfOne):
+        def reset(self, seed):
+            super().reset(seed)
+            self.seed = seed
+
+        def tick(self, sensed):
+            of_joint = [[joint["kp"], joint["kd"]] for joint in self.robot["joints"]]
+            return {**super().tick(sensed), "gains": of_joint if self.seed % 2 else None}
+
+    result = standfast.run({"mine": Gains, "one": MemoryOfOne}, **{**ARGUMENTS, "trials": 12})
+    assert rows_of(result, "mine") == rows_of(result, "one")
+    assert standfast.check(Gains, set=SHORT).dependence == []
+
+
+def test_a_tick_without_angles_is_said():
+    class Returns(MemoryOfOne):
+        returned = None
+
+        def tick(self, sensed):
+            return self.returned
+
+    for returned, words in [(None, "nothing"), ({"q_reff": [0.0]}, "q_reff"), ({"q_ref": [0.0], "kp": [1.0]}, "q_ref, kp")]:
+        Returns.returned = returned
+        raises(ValueError, f"tick returned {words}; accepted: q_ref and", Returns)
+
+
+def test_an_object_with_a_memory_is_asked_for_many_runs():
+    class Lazy(Memory):
+        def __init__(self):
+            self.calls, self.memory, self.slots = 0, None, None
+
+        def tick_batch(self, rows):
+            if self.memory is None:
+                super().__init__(HELLO)
+                self.memory = [0.0] * rows.slots
+            return super().tick_batch(rows)
+
+    class Greeted(Memory):
+        def __init__(self, hello):
+            super().__init__(hello)
+            HELLO.update(hello)
+
+    HELLO = {}
+    mine = Lazy()
+    mine.lock = threading.Lock()
+    raises(TypeError, "Lazy cannot be copied", mine)
+    mine.lock = None
+    result = standfast.run({"one": Greeted, "mine": mine, "other": mine}, **ARGUMENTS)
+    assert rows_of(result, "mine") == rows_of(result, "other") == rows_of(result, "one")
+
+
+def test_what_is_complete_is_kept():
+    class Raises(Hold):
+        made = 0
+
+        def __init__(self, hello):
+            super().__init__(hello)
+            Raises.made += 1
+            if Raises.made > 1:
+                raise KeyError("in a replay")
+
+    for out in (None, "there"):
+        Raises.made = 0
+        try:
+            standfast.run({"mine": Raises}, **{**ARGUMENTS, "replays": 1}, out=out)
+        except KeyError:
+            pass
+        (summary,) = pathlib.Path(".").glob("there/summary.json" if out else "standfast-results/*/summary.json")
+        shutil.rmtree(summary.parent)
+
+
+def test_errors_of_a_connection_are_raised():
+    class Closed(Hold):
+        def change(self, rows, command):
+            raise error("of the robot's server")
+
+    for error in (ConnectionResetError, TimeoutError):
+        raises(error, "of the robot's server", Closed)
+    # A folder that was not there can be taken again.
+    raises(TimeoutError, "of the robot's server", Closed, out="new")
+    assert not os.path.exists("new")
+
+
+def test_the_greeting_is_given_to_who_takes_it():
+    hello = {"robot": 1}
+
+    class Optional:
+        def __init__(self, path="policy.pt", hello=None):
+            self.got = (path, hello)
+
+        def tick_batch(self, rows):
+            pass
+
+    class Path(Optional):
+        def __init__(self, path="policy.pt"):
+            self.got = path
+
+    class Called:
+        def __call__(self, readings):
+            return self
+
+    assert _exchange.prepared(Optional, hello).controller.got == ("policy.pt", hello)
+    assert _exchange.prepared(Path, hello).controller.got == "policy.pt"
+    assert _exchange.prepared(lambda greeting: Path(greeting), hello).controller.got == hello
+    raises(TypeError, "Called has no tick_batch", Called())
+
+
 def test_a_command_that_is_no_number_ends_its_episode_alone():
     class Nan(Hold):
         def change(self, rows, command):
@@ -291,6 +400,7 @@ def test_a_check_finds_rows_that_depend_on_others():
 
 def test_push_limit_and_pages():
     pushed = standfast.push(Memory, impulse=1.0)
+    assert standfast.check("catch", set=SHORT).dependence is None
     assert pushed.outcome == "Recovered" and len(pushed.trace["time_s"]) > 500 and "<svg" in pushed._repr_html_()
     # With gains of its own, and by numbers of another kind.
     class Soft(Hold):

@@ -83,10 +83,14 @@ def read(folder, library=None):
     file = pathlib.Path(folder) / "trials.parquet"
     if not file.is_file():
         raise FileNotFoundError(f"{file}: no such file; accepted: the folder of a result that `standfast run` has finished")
+    return _read(file, library)
+
+
+def _read(file, library=None):
     problems = []
     for name in [library] if library else ["pandas", "polars"]:
         try:
             return importlib.import_module(name).read_parquet(file)
         except ImportError as error:
             problems.append(f"{name}: {error}")
-    raise ImportError("standfast.read needs pandas with pyarrow, or polars; " + "; ".join(problems))
+    raise ImportError(f"{file}: to read it needs pandas with pyarrow, or polars; " + "; ".join(problems))

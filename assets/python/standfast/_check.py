@@ -34,9 +34,9 @@ def check(
     """
     with _Program(_named(controller), None, batch, timeout_s, quiet) as program:
         text = program.run(["check", *program.controllers, "--json", *_options(robot=robot, **options)], [0, 100])
-        problems = []
-        for connection in program.connections[:1]:
-            assert connection.hello is not None
+        problems = None
+        if program.connections:
+            connection = program.connections[0]
             given = program.given[connection.hello["name"], connection.hello["version"]]
             problems = dependence(given, connection.hello, Rows(connection.hello, connection.last))
         return Check(json.loads(text), problems)
@@ -44,9 +44,9 @@ def check(
 
 class Check:
     """What was found. `summary` is what `standfast check --json` prints; `dependence` says how the answer to a row depends on
-    other rows or on earlier episodes, and is empty if it does not."""
+    other rows or on earlier episodes, and is empty if it does not. It is None for a controller of the program, which has no rows."""
 
-    def __init__(self, summary: dict, dependence: list) -> None:
+    def __init__(self, summary: dict, dependence: list | None) -> None:
         self.summary, self.dependence = summary, dependence
 
     @property
@@ -62,7 +62,8 @@ class Check:
         for key, words in [("differs_in_a_second_episode", "in a second episode"), ("differs_started_anew", "made anew")]:
             if found[key] is not None:
                 lines.append(f"WARNING: {words}, its command differs from {found[key]} s on")
-        lines += [f"WARNING: {problem}" for problem in self.dependence] or ["its answer to a row depends on that row alone"]
+        if self.dependence is not None:
+            lines += [f"WARNING: {problem}" for problem in self.dependence] or ["its answer to a row depends on that row alone"]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -156,6 +157,9 @@ def _commands(frame: bytes, rows: int, joints: int) -> list:
         if bits >> bit & 1:
             parts.append([frame[at + 8 * joints * row : at + 8 * joints * (row + 1)] for row in range(rows)])
             at += 8 * joints * rows
+        else:
+            # What it means to leave this part out.
+            parts.append([struct.pack("<d", math.nan if PARTS[bit] in ("kp", "kd") else 0.0) * joints] * rows)
     failed = json.loads(text)["failed"] if text else {}
     return [failed.get(str(row), b"".join(part[row] for part in parts)) for row in range(rows)]
 
@@ -172,4 +176,4 @@ def _difference(expected: list, found: list) -> str:
             continue
         numbers = [struct.unpack(f"<{len(one) // 8}d", part) for part in (one, other)]
         largest = max([largest, *(abs(a - b) for a, b in zip(*numbers))])
-    return f"by up to {largest:.3g}"
+    return f"by up to {largest:.3g}" if largest else "in the sign of a zero, or in what is no number"

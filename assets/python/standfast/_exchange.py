@@ -3,12 +3,14 @@
 A frame of readings is a u64, the number of rows that count; four u64 for each row (episode, slot, whether the episode is new,
 seed); and the readings of each row as f64. A frame of commands is two u32, its parts as bits and the length of a text; the text,
 which is JSON; and each part as f64, a row for each row of readings. All is little-endian, and every frame has as many rows as the
-greeting says.
+greeting says. A row whose `kp` and `kd` are all NaN keeps the gains of the servos.
 """
 
 from __future__ import annotations
 
 import array
+import copy
+import functools
 import inspect
 import json
 import math
@@ -23,7 +25,7 @@ try:
 except ImportError:
     numpy = None
 
-PROTOCOL = 1
+VERSION = 1
 #: The parts of a command, in the order of their bits.
 PARTS = ("q_ref", "dq_ref", "tau_ff", "kp", "kd")
 WORDS = ("episode", "slot", "new", "seed")
@@ -62,7 +64,9 @@ class Rows:
         return made.copy() if copy and made is self.all else made
 
     def __getattr__(self, name: str) -> Any:
-        # What is not asked for is not made.
+        # What is not asked for is not made. Nothing is there yet in a copy that is being made.
+        if "_columns" not in self.__dict__:
+            raise AttributeError(name)
         if name == "all":
             value = _floats(self._frame, 8 + 32 * self.n, self.n, self._width)
         elif name == "_words":
@@ -135,14 +139,20 @@ class OnePerEpisode:
             if not isinstance(command, dict):
                 command = {"q_ref": command}
             if "error" in command:
-                failed[row] = f"gives up: {command['error']}"
+                failed[row] = f"gives up: {command['error']}"[:1000]
                 continue
-            command = dict(command)
+            command = {key: value for key, value in command.items() if value is not None}
+            unknown = set(command) - {*PARTS, "gains", "phase", "numbers"}
+            if unknown or "q_ref" not in command or ("kp" in command) != ("kd" in command):
+                raise ValueError(
+                    f"tick returned {', '.join(map(str, command)) or 'nothing'}; accepted: q_ref and, if wanted, dq_ref, tau_ff, "
+                    "gains or both kp and kd, and phase and numbers, which are not kept"
+                )
             gains = command.pop("gains", None)
             if gains is not None:
                 command["kp"], command["kd"] = [pair[0] for pair in gains], [pair[1] for pair in gains]
             for part in PARTS:
-                if command.get(part) is not None:
+                if part in command:
                     numbers = [float(number) for number in command[part]]
                     if len(numbers) != joints:
                         raise ValueError(f"tick returned {len(numbers)} numbers of {part}; accepted: {joints}, one for each joint")
@@ -248,16 +258,23 @@ def _block(part: str, value: Any, rows: int, joints: int) -> bytes:
 
 def prepared(given: Any, hello: dict) -> Batched | OnePerEpisode:
     """What answers for a controller that the user has given: an object with `tick_batch`, or a class or function that makes
-    one with `tick_batch` or `tick`. Raises TypeError for anything else."""
+    one with `tick_batch` or `tick`. An object is copied, since slots are numbered for each connection. Raises TypeError for
+    anything else."""
     accepted = "an object with tick_batch, or a class or function that makes one with tick_batch or tick"
     if not inspect.isclass(given) and hasattr(given, "tick_batch"):
-        return Batched(given)
-    if not callable(given):
+        try:
+            return Batched(copy.deepcopy(given))
+        except Exception as error:
+            raise TypeError(
+                f"{type(given).__name__} cannot be copied ({error}), and it is asked for several runs at once; accepted: its class, "
+                "or a function that returns it if it has no memory"
+            ) from error
+    if not (inspect.isclass(given) or inspect.isroutine(given) or isinstance(given, functools.partial)):
         why = "an object with tick serves one episode alone" if hasattr(given, "tick") else f"{type(given).__name__} has no tick_batch"
         raise TypeError(f"{why}; accepted: {accepted}")
 
     def make() -> Any:
-        made = given(hello) if _takes_one(given) else given()
+        made = _made(given, hello)
         if not (hasattr(made, "tick_batch") or hasattr(made, "tick")):
             raise TypeError(f"{given!r} makes something without tick_batch and tick; accepted: {accepted}")
         return made
@@ -266,12 +283,17 @@ def prepared(given: Any, hello: dict) -> Batched | OnePerEpisode:
     return Batched(first) if hasattr(first, "tick_batch") else OnePerEpisode(make, first)
 
 
-def _takes_one(make: Callable) -> bool:
+def _made(make: Callable, hello: dict) -> Any:
+    """Calls a class or function, with the greeting if it has a parameter named `hello` or one that has to be given."""
     try:
-        parameters = inspect.signature(make).parameters.values()
+        parameters = inspect.signature(make).parameters
     except (TypeError, ValueError):
-        return True
-    return any(parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD, parameter.VAR_POSITIONAL) for parameter in parameters)
+        return make(hello)
+    if "hello" in parameters and parameters["hello"].kind != inspect.Parameter.POSITIONAL_ONLY:
+        return make(hello=hello)
+    positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    needs_one = any(parameter.kind in positional and parameter.default is parameter.empty for parameter in parameters.values())
+    return make(hello) if needs_one else make()
 
 
 class Connection:
@@ -286,25 +308,22 @@ class Connection:
     def serve(self, given: dict) -> bool:
         """Answers what was sent. Returns False if the program has closed the connection. An exception of the controller
         is told to the program, and raised."""
-        try:
-            return self._greet(given) if self.hello is None else self._answer()
-        except (ConnectionError, TimeoutError):
-            return False
+        return self._greet(given) if self.hello is None else self._answer()
 
     def _greet(self, given: dict) -> bool:
-        line = bytearray()
+        line, piece = bytearray(), memoryview(bytearray(1 << 16))
         while not line.endswith(b"\n"):
-            piece = self.stream.recv(1 << 16)
-            if not piece:
+            count = self._hear(piece)
+            if not count:
                 return False
-            line += piece
+            line += piece[:count]
         hello = json.loads(line)
         hello["columns"] = {column["name"]: column for column in hello.pop("observation")}
         hello["width"] = sum(column["size"] for column in hello["columns"].values())
         self.joints = len(hello["robot"]["joints"])
         try:
-            if hello["protocol"] != PROTOCOL:
-                raise RuntimeError(f"the program speaks version {hello['protocol']} of the exchange; accepted: {PROTOCOL}")
+            if hello["protocol"] != VERSION:
+                raise RuntimeError(f"the program speaks version {hello['protocol']} of the exchange; accepted: {VERSION}")
             key = (hello["name"], hello["version"])
             if key not in given:
                 raise LookupError(f"{key[0]}: this result was made with an object that is not the present one")
@@ -312,7 +331,7 @@ class Connection:
         except BaseException as error:
             self._tell(json.dumps({"error": last_line(error)}).encode() + b"\n")
             raise
-        self.stream.sendall(json.dumps({"protocol": PROTOCOL}).encode() + b"\n")
+        self._tell(json.dumps({"protocol": VERSION}).encode() + b"\n")
         self.hello = hello
         self.size = 8 + hello["batch"] * (32 + 8 * hello["width"])
         return True
@@ -322,7 +341,7 @@ class Connection:
         frame = bytearray(self.size)
         view, heard = memoryview(frame), 0
         while heard < self.size:
-            count = self.stream.recv_into(view[heard:])
+            count = self._hear(view[heard:])
             if not count:
                 return False
             heard += count
@@ -331,11 +350,18 @@ class Connection:
         except BaseException as error:
             self._tell(error_frame(error))
             raise
-        self.stream.sendall(answer)
+        self._tell(answer)
         self.last = frame
         return True
 
+    def _hear(self, view: memoryview) -> int:
+        try:
+            return self.stream.recv_into(view)
+        except OSError:
+            return 0
+
     def _tell(self, words: bytes) -> None:
+        # Where nobody listens any more, the next that is heard is the end.
         try:
             self.stream.sendall(words)
         except OSError:

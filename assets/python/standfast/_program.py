@@ -5,7 +5,6 @@ from __future__ import annotations
 import collections
 import csv
 import html
-import importlib
 import importlib.util
 import json
 import os
@@ -26,7 +25,7 @@ from typing import Any, Mapping, Sequence, Union
 from ._exchange import Connection
 
 #: A controller: None for one that the program knows by its key, a name or a file, or an object, class or function.
-Controllers = Union[Mapping[str, Any], Sequence[str], str]
+Controllers = Union[Mapping[str, Any], Sequence[str], str, os.PathLike]
 
 
 class StandfastError(RuntimeError):
@@ -53,14 +52,17 @@ def run(
     """Runs a campaign, and returns its result.
 
     `controllers` are by name: None for a controller that the program knows by this name, a text for another name or a file, or
-    an object of this process. Such an object has `tick_batch(rows)`, which returns the commands of all rows: an array
+    an object of this process; with a text, the name is that of what it names, and the key does not count. Such an object has `tick_batch(rows)`, which returns the commands of all rows: an array
     `[n, joints]` of joint angles `q_ref` (rad), or a dict of arrays with `q_ref` and, if wanted, `dq_ref` (rad/s), `tau_ff` (N m),
     and `gains` `[n, joints, 2]` (stiffness, damping) or `kp` and `kd`. A class or a function is called to make one; it may
     take the greeting, a dict with `robot`, `period_s`, `batch` and `slots`. A class with `tick(sensed)` in place of `tick_batch`
     serves one episode; so a `standfast.Controller` can be given. `Rows` says what the rows have.
 
+    An object is copied, since several runs may ask for it at once: replays, and other engines. `phase` and `numbers` of a `tick`
+    are not kept.
+
     `batch` is the number of rows of every call; twice as many episodes are open at once. `timeout_s` is the longest time for a
-    call. An exception of a controller ends the run, and is raised here; a command that is not finite, or a negative gain, ends
+    call and for those of other objects before it; the first call has 600 s at least. An exception of a controller ends the run, and is raised here; a command that is not finite, or a negative gain, ends
     its episode as failed.
 
     Nobody sees whether an object changes, so every run begins anew, in a new folder, and `out` has to be one. With `version`, a
@@ -71,8 +73,9 @@ def run(
 
     Raises StandfastError if the program refuses the input.
     """
-    kept = version is not None or out is not None or not _has_objects(controllers)
-    if not kept:
+    # Without a version nobody can go on with what is not finished.
+    removed = version is None and _has_objects(controllers) and (out is None or not os.path.exists(out))
+    if removed and out is None:
         out = pathlib.Path("standfast-results") / f"{pathlib.Path(campaign).stem}-{time.strftime('%Y%m%d-%H%M%S')}-{uuid.uuid4().hex[:4]}"
     with _Program(controllers, version, batch, timeout_s, quiet) as program:
         table = program.folder / "trials.csv"
@@ -82,14 +85,15 @@ def run(
         try:
             text = program.run(arguments, [0, 100])
         except BaseException:
-            if not kept and out is not None:
-                # Without a version nobody can go on with it.
+            if removed and not (pathlib.Path(out) / "summary.json").exists():
                 shutil.rmtree(out, ignore_errors=True)
             raise
         rows = _read_csv(table) if table.exists() else None
     summary = json.loads(text)
     folder = re.search(r"written: (.*?)/report\.html", re.sub(r"\s+", " ", "".join(program.told)))
-    return Result(pathlib.Path(out if out is not None else folder.group(1) if folder else "."), summary, rows)
+    if out is None and folder is None:
+        raise StandfastError("the program has not said where the result is; accepted: `out`", 0)
+    return Result(pathlib.Path(out if out is not None else folder.group(1)), summary, rows)
 
 
 class Result:
@@ -135,7 +139,7 @@ class Result:
 
     def _repr_html_(self) -> str:
         """The first screen of the report."""
-        page = (self.folder / "report.html").read_text()
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
         parts = [r"<head>.*?</head>", r"<header>.*?</header>", r'<section id="maps">.*?</section>', r'<section id="rates">.*?</section>']
         head, *body = (found.group() if found else "" for found in (re.search(part, page, re.S) for part in parts))
         # What they lead to is not here.
@@ -166,7 +170,7 @@ def push(
         asked = _options(impulse=impulse, heading=heading, robot=robot, replay=replay, trace=trace, plot=plot, **options)
         text = program.run(["push", *program.controllers, "--json", *asked], [0, 1])
         table = _read_csv(trace) if trace.suffix == ".csv" else _table(trace)
-        return Push(json.loads(text), table, plot.read_text())
+        return Push(json.loads(text), table, plot.read_text(encoding="utf-8"))
 
 
 class Push:
@@ -210,7 +214,7 @@ def limit(
         folder = pathlib.Path(out) if out is not None else program.folder / "limit"
         asked = _options(robot=robot, out=folder, **options)
         text = program.run(["limit", campaign, *program.controllers, "--json", *asked], [0])
-        return Limits(json.loads(text), (folder / "limit.svg").read_text())
+        return Limits(json.loads(text), (folder / "limit.svg").read_text(encoding="utf-8"))
 
 
 class Limits:
@@ -240,6 +244,7 @@ class _Program:
 
     def __init__(self, controllers: Controllers, version: str | None, batch: int, timeout_s: float, quiet: bool) -> None:
         self.quiet, self.told = quiet, collections.deque(maxlen=200)
+        self.version = version
         self.given: dict = {}
         self.connections: list = []
         self._temporary = tempfile.TemporaryDirectory(prefix="standfast-")
@@ -258,10 +263,10 @@ class _Program:
 
     def _files(self, controllers: Controllers, version: str, batch: int, timeout_s: float) -> list:
         """The options that name the controllers. An object gets a file, which says how to ask for it."""
-        if isinstance(controllers, str):
+        if isinstance(controllers, (str, os.PathLike)):
             controllers = [controllers]
         if not isinstance(controllers, Mapping):
-            controllers = {name: None for name in controllers}
+            controllers = {os.fspath(name): None for name in controllers}
         options = []
         for number, (key, given) in enumerate(controllers.items()):
             if given is None or isinstance(given, (str, os.PathLike)):
@@ -270,12 +275,13 @@ class _Program:
             name, at, engine = key.partition("@")
             kind = given if hasattr(given, "__qualname__") else type(given)
             # Strings of JSON are strings of TOML.
-            text = {"kind": "python", "name": name, "object": f"{kind.__module__}.{kind.__qualname__}", "version": version}
+            of_engine = version + at + engine
+            text = {"kind": "python", "name": name, "object": f"{kind.__module__}.{kind.__qualname__}", "version": of_engine}
             lines = [f"{field} = {json.dumps(value, ensure_ascii=False)}" for field, value in text.items()]
             lines += [f"batch = {int(batch)}", f"timeout_s = {float(timeout_s)!r}"]
             file = self.folder / f"{number}.toml"
             file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-            self.given[name, version] = given
+            self.given[name, of_engine] = given
             options.append(f"--controller={file}{at}{engine}")
         return options
 
@@ -285,7 +291,10 @@ class _Program:
         Raises the exception of an object, and StandfastError if the exit code is not an accepted one."""
         address = str(self.folder / "socket")
         with socket.socket(socket.AF_UNIX) as listener, selectors.DefaultSelector() as selector:
-            listener.bind(address)
+            try:
+                listener.bind(address)
+            except OSError as error:
+                raise OSError(f"{address}: {error}; TMPDIR may name another folder, with a short path") from error
             listener.listen()
             child = subprocess.Popen(
                 [program(), *arguments],
@@ -312,6 +321,7 @@ class _Program:
                             if not key.data.serve(self.given):
                                 selector.unregister(key.fileobj)
                                 key.data.stream.close()
+                                key.data.controller = None
                         else:
                             piece = os.read(key.fd, 1 << 16)
                             key.data(piece)
@@ -322,7 +332,10 @@ class _Program:
             finally:
                 for connection in self.connections:
                     connection.stream.close()
-                _end(child)
+                words = _end(child)
+                if self.version:
+                    # What is kept.
+                    self._tell(words)
         text = b"".join(printed).decode("utf-8", "replace")
         if code not in accepted or not text:
             words = "".join(self.told)
@@ -338,15 +351,17 @@ class _Program:
             sys.stderr.flush()
 
 
-def _end(child: subprocess.Popen) -> None:
-    """Ends the program and all that it has started, if it has not ended: in the way of Ctrl-C, and after a moment by force."""
+def _end(child: subprocess.Popen) -> bytes:
+    """Ends the program and all that it has started, if it has not ended: in the way of Ctrl-C, and after a moment by force.
+    Returns what it says meanwhile."""
     try:
         if child.poll() is None:
             child.send_signal(signal.SIGINT)
             try:
-                child.wait(5)
+                return child.communicate(timeout=5)[1]
             except subprocess.TimeoutExpired:
                 pass
+        return b""
     finally:
         if child.poll() is None:
             try:
@@ -371,7 +386,7 @@ def program() -> str:
 
 
 def _named(controller: Any) -> Controllers:
-    if isinstance(controller, (str, Mapping)):
+    if isinstance(controller, (str, os.PathLike, Mapping)):
         return controller
     return {getattr(controller, "__name__", type(controller).__name__): controller}
 
@@ -419,10 +434,9 @@ def _library() -> str | None:
 
 
 def _table(path: pathlib.Path) -> Any:
-    library = _library()
-    if library is None:
-        raise ImportError(f"{path}: to read it needs pandas with pyarrow, or polars")
-    return importlib.import_module(library).read_parquet(path)
+    from . import _read
+
+    return _read(path)
 
 
 def _read_csv(path: pathlib.Path) -> dict:
