@@ -17,7 +17,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY.onnx|.pt> [FILE.yaml]",
+    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY> [FILE.yaml]",
     after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the
 servos, sensor noise and delay, and where a foot can land. Each figure of the
 file says whether it was read, solved or assumed; edit what you know better. An
@@ -36,7 +36,7 @@ no range in the file, to both sides; without it they are locked."
 )]
 pub struct InitArgs {
     /// URDF or MJCF file of a humanoid, or ONNX or TorchScript file of a policy
-    #[arg(value_name = "ROBOT.urdf|POLICY.onnx|POLICY.pt")]
+    #[arg(value_name = "ROBOT.urdf|POLICY.onnx|.pt")]
     pub file: String,
     /// Description of a policy [default: where its trainer puts it]
     #[arg(value_name = "FILE.yaml", requires = "robot")]
