@@ -29,10 +29,11 @@ fn passes(test: &str) {
     );
 }
 
-/// A test here for each of these in Python.
+/// A test here for each of these in Python. Those that are marked take long.
 macro_rules! in_python {
-    ($($name:ident)*) => {
+    ($($(#[$mark:meta])? $name:ident)*) => {
         $(#[test]
+        $(#[$mark])?
         fn $name() {
             passes(concat!("test_", stringify!($name)));
         })*
@@ -53,18 +54,25 @@ in_python! {
     batches_are_full
     an_exception_reaches_the_caller
     another_shape_is_said
+    #[ignore = ".ci/try-wheel runs it"]
     gains_may_be_left_out_in_a_row
     a_tick_without_angles_is_said
+    #[ignore = ".ci/try-wheel runs it"]
     an_object_with_a_memory_is_asked_for_many_runs
+    #[ignore = ".ci/try-wheel runs it"]
     what_is_complete_is_kept
     errors_of_a_connection_are_raised
     the_greeting_is_given_to_who_takes_it
     a_command_that_is_no_number_ends_its_episode_alone
     a_long_call_meets_the_timeout
     ctrl_c_ends_the_run
+    #[ignore = ".ci/try-wheel runs it"]
     with_a_version_a_run_goes_on
+    #[ignore = ".ci/try-wheel runs it"]
     another_process_says_that_the_object_is_gone
+    #[ignore = ".ci/try-wheel runs it"]
     a_check_finds_rows_that_depend_on_others
+    #[ignore = ".ci/try-wheel runs it"]
     push_limit_and_pages
     numbers_of_any_kind_are_taken
     examples_do_what_they_say
