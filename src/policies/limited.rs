@@ -1,4 +1,5 @@
-//! Runs work on an untrusted file in a thread of its own, and gives up if it takes too much time or memory.
+//! Limits of what a file of a network may take: sizes, and work in a thread of its own that is given up if it takes too much time
+//! or memory.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -7,6 +8,10 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::{Builder, current};
 use std::time::{Duration, Instant};
 
+/// Largest number of operations of a network. Large policies have some hundreds.
+pub(crate) const MOST_NODES: usize = 5_000;
+/// Largest number of values of a tensor: 64 MB of float32.
+pub(crate) const MOST_NUMBERS: u64 = 1 << 24;
 /// Longest time of the work, a hundred times as long as large policies take.
 const MOST: Duration = Duration::from_secs(60);
 /// Largest growth of the program's memory during the work (bytes). The memory is known on Linux only.

@@ -1,7 +1,8 @@
 //! The network, read from an ONNX file and run by `tract`, on one thread and to the same bits everywhere.
 
+use super::limited::MOST_NUMBERS;
 use super::limited::limited;
-use super::proto::{self, MOST_NUMBERS};
+use super::proto;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::iter;

@@ -1,6 +1,7 @@
 //! The content of an ONNX file, checked before the library `tract` reads it. The library trusts a file: it panics or
 //! fills the memory if the file states impossible sizes.
 
+use super::limited::{MOST_NODES, MOST_NUMBERS};
 use super::torchscript;
 use standfast_files::assets::what_else;
 use std::collections::HashSet;
@@ -10,11 +11,6 @@ use tract_onnx::pb::{
 };
 use tract_onnx::pb::{tensor_shape_proto::dimension, type_proto};
 use tract_onnx::prelude::*;
-
-/// Largest number of operations of a network. Large policies have some hundreds.
-pub const MOST_NODES: usize = 5_000;
-/// Largest number of values of a tensor: 64 MB of float32.
-pub const MOST_NUMBERS: u64 = 1 << 24;
 
 /// Largest number of bytes of all tensors that are kept in other files.
 const MOST_JOINED_BYTES: u64 = 16 * MOST_NUMBERS;

@@ -2,7 +2,7 @@
 //! stated in a TorchScript file; it is found from the first operation that takes only one size.
 
 use super::pickle::MOST_SIZES;
-use crate::proto::{MOST_NODES, MOST_NUMBERS};
+use crate::limited::{MOST_NODES, MOST_NUMBERS};
 use tract_onnx::pb::attribute_proto::AttributeType;
 use tract_onnx::pb::tensor_proto::DataType;
 use tract_onnx::pb::tensor_shape_proto::{Dimension, dimension};

@@ -11,7 +11,7 @@ mod pickle;
 mod tests;
 mod walk;
 
-use super::proto::MOST_NUMBERS;
+use super::limited::MOST_NUMBERS;
 use std::collections::HashMap;
 use std::io::{Cursor, Read};
 use std::rc::Rc;

@@ -4,7 +4,7 @@ use super::Archive;
 use super::code::{self, Expr, Function, Functions, Statement};
 use super::graph::{Graph, Size};
 use super::pickle::{Object, Objects, StoredTensor};
-use crate::proto::MOST_NUMBERS;
+use crate::limited::MOST_NUMBERS;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
 use tract_onnx::pb::{GraphProto, ModelProto, OperatorSetIdProto};

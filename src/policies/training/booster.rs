@@ -1,7 +1,7 @@
 //! The configurations of booster_gym's deployment. The terms are fixed in its program.
 
 use super::known::{Figure, Training, plain, scale_of, scaled};
-use super::yaml::motors;
+use super::lists::motors;
 use crate::ActionClip;
 use crate::terms::{Gait, Quantity, Scale};
 use serde::Deserialize;

@@ -1,7 +1,7 @@
 //! `deploy.yaml` of unitree_rl_lab and unitree_rl_mjlab.
 
 use super::known::{Figure, Training, inertias_of_gains, one_phase, quantity, scale_of};
-use super::yaml::{OneOrMany, motors};
+use super::lists::{OneOrMany, motors};
 use crate::ObservedJoints;
 use crate::terms::{Gait, Quantity, Scale, Stack, Term};
 use indexmap::IndexMap;

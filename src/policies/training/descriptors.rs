@@ -1,7 +1,7 @@
 //! The descriptors of inputs and outputs that Isaac Lab writes of a task (`IO_descriptors.yaml`).
 
 use super::known::{Figure, Training, quantity, scale_of};
-use super::yaml::OneOrMany;
+use super::lists::OneOrMany;
 use crate::terms::{Quantity, Scale, Sizes, Stack, Term};
 use crate::{ActionClip, ObservedJoints};
 use indexmap::IndexMap;

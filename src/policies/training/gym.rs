@@ -1,7 +1,7 @@
 //! The configurations of unitree_rl_gym.
 
 use super::known::{Figure, Training, one_phase, plain, scale_of, scaled};
-use super::yaml::motors;
+use super::lists::motors;
 use crate::terms::{Quantity, Scale};
 use serde::Deserialize;
 use standfast_core::error::Result;

@@ -1,7 +1,7 @@
 //! The configurations with which HumanoidVerse runs a policy on a robot (`sim2real` of ASAP and FALCON).
 
 use super::known::{Figure, Training};
-use super::yaml::motors;
+use super::lists::motors;
 use crate::terms::{Gait, Quantity, Scale, Sizes, Stack, Term};
 use crate::{ActionClip, ObservedJoints};
 use indexmap::IndexMap;

@@ -8,6 +8,7 @@ mod gym;
 mod humanoidverse;
 mod known;
 mod leapp;
+mod lists;
 mod metadata;
 mod rl_sar;
 #[cfg(test)]

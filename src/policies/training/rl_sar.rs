@@ -1,7 +1,7 @@
 //! The configurations of rl_sar: a policy's `config.yaml`, and its robot's `base.yaml` beside it or in the folder above.
 
 use super::known::{Figure, Training, scale_of};
-use super::yaml::{OneOrMany, parsed};
+use super::lists::{OneOrMany, parsed};
 use crate::ActionClip;
 use crate::terms::{Quantity, Scale, Sizes, Stack, Term};
 use indexmap::IndexMap;
