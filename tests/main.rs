@@ -2,6 +2,7 @@
 
 #[cfg(feature = "onnx")]
 mod adapters;
+mod baselines;
 mod ceiling;
 mod cli;
 mod common;

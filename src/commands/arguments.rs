@@ -8,7 +8,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use standfast_core::error::{Error, Result};
 use standfast_files::{folder_of, is_no_file, shell_word};
 use standfast_sim::Engine;
-use standfast_study::Overrides;
+use standfast_study::{Folder, Overrides};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -151,9 +151,17 @@ pub struct GateArgs {
     /// A requirement, such as 'catch >= hold + 0.10'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// Result folder of an earlier run, for gates with `baseline`
-    #[arg(long, value_name = "DIR")]
+    /// Result of an earlier run, for gates with `baseline`; or a packed one, such as g1-public, to be compared with
+    #[arg(long, value_name = "DIR|NAME")]
     pub baseline: Option<PathBuf>,
+}
+
+impl GateArgs {
+    /// The baseline, if it is packed.
+    pub fn packed_baseline(&self) -> Result<Option<Folder>> {
+        let baseline = self.baseline.as_deref().map(Folder::existing).transpose()?;
+        Ok(baseline.filter(Folder::is_packed))
+    }
 }
 
 #[derive(Debug, Args)]

@@ -1,9 +1,11 @@
-//! `standfast docs`: what the columns of trials and traces mean, the manual pages, and completions for a shell.
+//! `standfast docs`: what the columns of trials and traces mean, what public policies survived, the manual pages, and
+//! completions for a shell.
 
 use super::terminal::{note, print};
 use clap_complete::Shell;
 use standfast_core::error::{Error, Result};
 use standfast_files::columns::CHAPTER;
+use standfast_report::baselines;
 use standfast_report::text::layout::wrapped;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,6 +14,8 @@ use std::process::ExitCode;
 pub enum DocsArgs {
     /// Say what the columns of trials and traces mean
     Columns,
+    /// Print what public policies survived, as Markdown
+    Baselines,
     /// Write the manual pages of all commands
     Man {
         /// Folder for the pages, such as ~/.local/share/man/man1
@@ -31,6 +35,7 @@ pub fn run(args: &DocsArgs, mut program: clap::Command) -> Result<ExitCode> {
             let paragraphs: Vec<String> = CHAPTER.split("\n\n").skip(1).map(plain).collect();
             print(&paragraphs.join("\n"))
         }
+        DocsArgs::Baselines => print(&baselines::page()?),
         DocsArgs::Man { dir } => {
             let failed = |source| Error::Write {
                 path: dir.clone(),

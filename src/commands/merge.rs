@@ -2,8 +2,8 @@
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
-use super::result::{Printing, conclude, exit_code, gates_of};
-use super::terminal::warn;
+use super::result::{Printing, Told, conclude, exit_code, gates_of};
+use super::terminal::{note, warn};
 use standfast_core::error::{Error, Result};
 use standfast_report::text::next_command;
 use standfast_study::Folder;
@@ -28,6 +28,9 @@ pub struct MergeArgs {
     pub gates: GateArgs,
     #[command(flatten)]
     pub replays: ReplaysArgs,
+    /// Write the rows alone to a new folder, as a baseline without files of robot and controllers
+    #[arg(long, value_name = "DIR")]
+    pub pack: Option<PathBuf>,
     #[command(flatten)]
     pub printing: Printing,
 }
@@ -60,7 +63,16 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
         }
     }
     folder.create()?;
-    let (summary, differ) = conclude(&folder, &gates, &args.replays, Some(args.printing), true)?;
+    if let Some(to) = &args.pack {
+        folder.pack(to)?;
+        note(&format!("written: {}", to.display()));
+    }
+    let baseline = args.gates.packed_baseline()?;
+    let told = Told {
+        printing: args.printing,
+        baseline: baseline.as_ref(),
+    };
+    let (summary, differ) = conclude(&folder, &gates, &args.replays, Some(told), true)?;
     if differ.is_empty() {
         return Ok(exit_code(&[summary]));
     }

@@ -8,6 +8,7 @@ use super::terminal::{alert, note, print};
 use standfast_core::error::{Error, Result};
 use standfast_files::is_same_folder;
 use standfast_report::{result, text};
+use standfast_study::verdict::compare::Comparison;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::{Folder, Summary};
 use std::path::Path;
@@ -36,6 +37,24 @@ impl Printing {
     }
 }
 
+/// What is printed of a result.
+pub struct Told<'a> {
+    pub printing: Printing,
+    /// The packed baseline beside which the result is told.
+    pub baseline: Option<&'a Folder>,
+}
+
+impl Told<'_> {
+    /// The text to print of the result in `folder`. It fails if it cannot be compared with the baseline.
+    fn text(&self, summary: &Summary, folder: &Folder) -> Result<String> {
+        let Some(baseline) = self.baseline else {
+            return Ok(self.printing.of(summary, &folder.path));
+        };
+        let comparison = Comparison::new(folder, baseline, &[])?;
+        Ok(self.printing.of(&comparison.summary, Path::new("")))
+    }
+}
+
 /// The exit code of the program if a gate did not pass.
 const GATE_FAILED: u8 = 100;
 
@@ -55,20 +74,20 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     Gates::new(&folder.manifest, args.baseline.as_deref())
 }
 
-/// Writes the files of the result, prints it (unless `printing` is None), and says which gates did not pass. The
+/// Writes the files of the result, prints it (unless `told` is None), and says which gates did not pass. The
 /// replays are written after that, so that nobody has to wait for them to read the result. With the summary it returns how
 /// trials differ that did not end in their replay as they did in the result; `afresh` writes replays that are there, too.
 pub fn conclude(
     folder: &Folder,
     gates: &Gates,
     args: &ReplaysArgs,
-    printing: Option<Printing>,
+    told: Option<Told>,
     afresh: bool,
 ) -> Result<(Summary, Vec<String>)> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
-    if let Some(printing) = printing {
-        print(&printing.of(&summary, &folder.path))?;
+    if let Some(told) = told {
+        print(&told.text(&summary, folder)?)?;
     }
     note(&result::written(
         &folder.path,

@@ -6,7 +6,7 @@ use super::arguments::{
 };
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
-use super::result::{Printing, conclude, exit_code, gates_of};
+use super::result::{Printing, Told, conclude, exit_code, gates_of};
 use super::status::print_status;
 use super::terminal::{alert, note, tell, warn};
 use standfast_core::error::{Error, Result};
@@ -91,7 +91,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
     // All input is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
     // end.
-    let (plan, folder) = args.plan()?;
+    let (plan, folder, baseline) = args.plan()?;
     if let Some(table) = &args.table {
         check_output("--table", table, &["csv"])?;
     }
@@ -102,6 +102,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     };
     for warning in folder.manifest.warnings() {
         tell("warning: ", &warning);
+    }
+    if let Some(baseline) = &baseline {
+        say_whether_robots_are_alike(&plan, baseline)?;
     }
     stop_on_ctrl_c();
     let options = RunOptions {
@@ -122,8 +125,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         print_status(&folder, args.gates.baseline.as_deref(), args.printing)?;
         return Ok(ExitCode::SUCCESS);
     };
-    let (summary, _) = work
-        .within_threads(|| conclude(&folder, gates, &args.replays, Some(args.printing), false))?;
+    let told = Told {
+        printing: args.printing,
+        baseline: baseline.as_ref(),
+    };
+    let (summary, _) =
+        work.within_threads(|| conclude(&folder, gates, &args.replays, Some(told), false))?;
     if let Some(table) = &args.table {
         write_table(&folder, table)?;
     }
@@ -153,15 +160,22 @@ impl RunArgs {
         }
     }
 
-    /// The plan that these arguments ask for, and the folder for its result. Nothing is written.
-    pub(super) fn plan(&self) -> Result<(PreparedCampaign, Folder)> {
-        let (name, overrides) = (self.campaign.or_standard(), self.overrides());
+    /// The plan that these arguments ask for, the folder for its result, and the baseline, if it is packed. The trials are
+    /// those of such a baseline if its campaign has the name of the one that is asked for. Nothing is written.
+    pub(super) fn plan(&self) -> Result<(PreparedCampaign, Folder, Option<Folder>)> {
+        let (name, mut overrides) = (self.campaign.or_standard(), self.overrides());
+        let baseline = self.gates.packed_baseline()?;
+        if let Some(baseline) = &baseline
+            && baseline.manifest.campaign.name == name
+        {
+            overrides.file = Some(baseline.trials_asked()?);
+        }
         let files = Campaign::robot_files(name, &overrides)?;
         let campaign = Campaign::load_for(&files.robot()?, name, &overrides)?;
-        self.check_against(&campaign)?;
+        self.check_against(&campaign, baseline.is_some())?;
         let plan = PreparedCampaign::with(&campaign, files)?;
         let folder = plan.folder(self.out.as_deref())?;
-        Ok((plan, folder))
+        Ok((plan, folder, baseline))
     }
 
     /// The changes of the campaign that these arguments ask for.
@@ -175,11 +189,15 @@ impl RunArgs {
         }
     }
 
-    /// Fails if an option means nothing for this campaign, or contradicts another option.
-    fn check_against(&self, campaign: &Campaign) -> Result<()> {
+    /// Fails if an option means nothing for this campaign, or contradicts another option. A packed baseline states the
+    /// trials, which shards have to know.
+    fn check_against(&self, campaign: &Campaign, is_packed: bool) -> Result<()> {
         let GateArgs { gate, baseline } = &self.gates;
         let is_fixed = !campaign.stopping.until_resolved;
-        if is_fixed && self.shard.is_some() && !(gate.is_empty() && baseline.is_none()) {
+        if is_fixed
+            && self.shard.is_some()
+            && !(gate.is_empty() && (baseline.is_none() || is_packed))
+        {
             let (options, problem) = (
                 "--gate, --baseline",
                 "a shard has too few of the trials for a gate",
@@ -193,6 +211,20 @@ impl RunArgs {
         }
         Ok(())
     }
+}
+
+/// Says whether the robot is that of a packed baseline, by its values. It fails if it has other joints.
+fn say_whether_robots_are_alike(plan: &PreparedCampaign, baseline: &Folder) -> Result<()> {
+    let name = baseline.name();
+    let differences = plan.robot_values().differences(&baseline.robot_values()?);
+    match differences.warning(&name)? {
+        Some(warning) => tell("warning: ", &warning),
+        None => note(&format!(
+            "the robot is that of {name}: all its {} values are alike",
+            differences.values
+        )),
+    }
+    Ok(())
 }
 
 /// Says for --dry-run how many episodes there are to run, and how long that takes here, by a few trials that are timed.

@@ -72,7 +72,7 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
             "--shards",
         ));
     }
-    let (plan, folder) = args.run.plan()?;
+    let (plan, folder, baseline) = args.run.plan()?;
     gates_of(&folder, &args.run.gates)?;
     let typed = std::env::args_os()
         .skip(1)
@@ -80,13 +80,19 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
         .skip(1)
         .map(line)
         .collect::<Result<_>>()?;
-    print(&args.script(&plan, &folder.path, typed)?)
+    print(&args.script(&plan, &folder.path, baseline.is_some(), typed)?)
 }
 
 impl SlurmArgs {
     /// A shell script that submits array and merge, and prints their numbers. An argument is the list of tasks to
-    /// submit.
-    fn script(&self, plan: &PreparedCampaign, out: &Path, typed: Vec<String>) -> Result<String> {
+    /// submit. A packed baseline states the trials, so the tasks get it, too.
+    fn script(
+        &self,
+        plan: &PreparedCampaign,
+        out: &Path,
+        has_packed_baseline: bool,
+        typed: Vec<String>,
+    ) -> Result<String> {
         let campaign = &plan.manifest.campaign;
         let until_resolved = campaign.stopping.until_resolved;
         let trial_s = plan.seconds_a_trial()?;
@@ -106,6 +112,8 @@ impl SlurmArgs {
         // Whether a campaign is decided depends on its gates, so its shards have to know them.
         if until_resolved {
             asked.extend(split(of_merge.clone(), &OF_MERGE[..2]).0);
+        } else if has_packed_baseline {
+            asked.extend(split(of_merge.clone(), &OF_MERGE[1..2]).0);
         }
         let program = mujoco::called().map_err(|source| Error::Read {
             path: "standfast".into(),

@@ -89,6 +89,35 @@ macro_rules! texts {
     };
 }
 
+/// A packed result that is compiled in.
+pub struct Baseline {
+    pub name: &'static str,
+    /// Paths in its folder, and their bytes.
+    pub files: &'static [(&'static str, &'static [u8])],
+    /// Robot and controllers, in Markdown.
+    pub about: &'static str,
+    /// The largest impulses by heading, as `limit --json` prints them.
+    pub limits: &'static str,
+}
+
+/// The packed results that are in the folders of these names, each with one part.
+macro_rules! baselines {
+    ($($name:literal)*) => {
+        &[$(Baseline {
+            name: $name,
+            files: baselines!(@ $name: "parts/campaign.json" "parts/robot.json" "parts/part-000000.parquet"),
+            about: include_str!(concat!("assets/baselines/", $name, "/about.md")),
+            limits: include_str!(concat!("assets/baselines/", $name, "/limits.json")),
+        }),*]
+    };
+    (@ $name:literal: $($file:literal)*) => {
+        &[$(($file, include_bytes!(concat!("assets/baselines/", $name, "/", $file)))),*]
+    };
+}
+
+/// What public policies survived on their robots.
+pub const BASELINES: &[Baseline] = baselines!("g1-public" "h1-public" "t1-public");
+
 /// Kinds of built-in inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputKind {

@@ -16,6 +16,7 @@
 //! 14. [`columns`]: what the columns of trials and traces mean
 //! 15. [`data`]: results in pandas, polars and DuckDB, and traces in Foxglove
 //! 16. [`tuning`]: from a controller to a better one
+//! 17. [`baselines`]: what public policies survived, to compare yours with
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -25,6 +26,7 @@
 macro_rules! chapters {
     ($($chapter:ident)*) => { $(
         #[doc = "[README]: ../../../../../README.md"]
+        #[doc = "[baselines]: crate::guide::baselines"]
         #[doc = "[campaigns]: crate::guide::campaigns"]
         #[doc = "[clusters]: crate::guide::clusters"]
         #[doc = "[commands]: crate::guide::commands"]
@@ -81,4 +83,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning baselines }

@@ -3,6 +3,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod baselines;
 pub mod figure;
 #[cfg(test)]
 #[path = "../study/fixtures.rs"]
@@ -47,8 +48,19 @@ pub fn replay_command(summary: &Summary, controller: &str, trial: u64, folder: &
     replay_parts(&origin, folder).join(&trial.to_string())
 }
 
-/// The parts of the replay command before and after the number of the trial.
+/// The parts of the replay command before and after the number of the trial. Of a packed result they say that there is none.
 fn replay_parts(origin: &ControllerOrigin, folder: &Path) -> [String; 2] {
+    if origin.is_packed {
+        let ControllerOrigin {
+            campaign,
+            controller,
+            ..
+        } = origin;
+        return [
+            format!("# {campaign} has no files of {controller} to replay trial "),
+            String::new(),
+        ];
+    }
     let campaign = folder.join(&origin.campaign).display().to_string();
     let [campaign, gains] = [&campaign, &origin.controller].map(|word| shell_word(word));
     [

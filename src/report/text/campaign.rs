@@ -163,17 +163,25 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     head
 }
 
-/// The command that replays a trial in which two controllers end differently, or else one that was lost.
+/// The command that replays a trial in which two controllers end differently, or else one that was lost. It is of a
+/// controller whose files are there.
 fn replay(summary: &Summary, folder: &Path) -> String {
-    let mut differ = summary.pairs.iter().flat_map(|pair| {
-        let lost_by_b = pair.first_only_a.first().map(|trial| (*trial, &pair.b));
-        lost_by_b.or_else(|| Some((*pair.first_only_b.first()?, &pair.a)))
-    });
+    let can_be_replayed = |name: &String| {
+        let mut controllers = summary.controllers.iter();
+        controllers.any(|controller| controller.name == *name && !controller.origin.is_packed)
+    };
+    let mut differ = summary
+        .pairs
+        .iter()
+        .flat_map(|pair| [(&pair.first_only_a, &pair.b), (&pair.first_only_b, &pair.a)])
+        .filter(|(_, lost_by)| can_be_replayed(lost_by))
+        .filter_map(|(trials, lost_by)| Some((*trials.first()?, lost_by)));
     // The telling trials of a controller begin with those that it lost.
     let mut lost = summary
         .controllers
         .iter()
         .filter(|controller| controller.count.recovered < controller.count.trials)
+        .filter(|controller| !controller.origin.is_packed)
         .filter_map(|controller| Some((controller.telling.first()?.trial, &controller.name)));
     let (which, (trial, controller)) = if let Some(trial_and_controller) = differ.next() {
         (

@@ -129,9 +129,19 @@ pub struct Overrides {
     pub gates: Vec<String>,
     /// Ends the campaign when it is decided; see [`Stopping`].
     pub until_resolved: bool,
+    /// The file of the campaign, in place of the one that its name stands for.
+    pub file: Option<Source>,
 }
 
 impl Overrides {
+    /// The file of the campaign of this name or path.
+    fn file_of(&self, name_or_path: &str) -> Result<Source> {
+        match &self.file {
+            Some(file) => Ok(file.clone()),
+            None => assets::open(InputKind::Campaign, name_or_path),
+        }
+    }
+
     /// The robot of the campaign whose file states `asked`, after these changes.
     fn robot_of(&self, asked: &Table) -> String {
         if let Some(robot) = &self.robot {
@@ -194,7 +204,7 @@ impl Campaign {
 
     /// The files of the robot that a campaign, opened with these changes, names. Fails if a file cannot be read.
     pub fn robot_files(name_or_path: &str, overrides: &Overrides) -> Result<Files> {
-        let asked = asked(&assets::open(InputKind::Campaign, name_or_path)?)?;
+        let asked = asked(&overrides.file_of(name_or_path)?)?;
         let stated = asked.get("motors").and_then(toml::Value::as_str);
         let motors = overrides.motors.as_deref().or(stated);
         Files::open(&overrides.robot_of(&asked))?.with_motors(motors)
@@ -202,7 +212,7 @@ impl Campaign {
 
     /// As [`load`](Self::load), in the units of this robot, which need not be the one that the campaign names.
     pub fn load_for(robot: &Robot, name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
-        let source = assets::open(InputKind::Campaign, name_or_path)?;
+        let source = overrides.file_of(name_or_path)?;
         let measures = Measures::of(robot);
         let mut campaign = Self::of(&source, &measures)?;
         campaign

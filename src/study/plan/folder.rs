@@ -37,7 +37,11 @@ impl PreparedCampaign {
             part_trials: begun.part_trials,
             ..self.manifest.clone()
         };
-        Ok(Folder { path, manifest })
+        Ok(Folder {
+            path,
+            manifest,
+            unpacked: None,
+        })
     }
 
     /// Whether a folder is new or belongs to this campaign.

@@ -17,6 +17,7 @@ use crate::ask::entrant::Entrant;
 use crate::ask::spec::Campaign;
 use crate::ask::standing_bound::StandingBound;
 use crate::store::manifest::{Input, Manifest, each_once, part_trials};
+use crate::store::robot_values::RobotValues;
 use inputs::Inputs;
 use rayon::prelude::*;
 use standfast_controllers::ControllerSpec;
@@ -192,6 +193,11 @@ impl PreparedCampaign {
         manifest.config_hash = manifest.hash()?;
         self.entrants.push((controller, engine));
         Ok(self)
+    }
+
+    /// The robot by its values.
+    pub fn robot_values(&self) -> RobotValues {
+        RobotValues::of(&self.robot)
     }
 
     /// Prepares all controllers, which get the names of their entrants, and warns of dubious ones.

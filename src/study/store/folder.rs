@@ -1,6 +1,7 @@
 //! A result folder: a part for each finished block of trials, and a manifest.
 
 use crate::ask::spec::Campaign;
+use crate::store::compiled_in;
 use crate::store::manifest::{MANIFEST, Manifest};
 use crate::store::part::{PartFile, PartLabel};
 use crate::store::row::TrialRow;
@@ -13,7 +14,9 @@ use standfast_stats::sequential::look_from;
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
 use std::ops::Range;
+use std::sync::Arc;
 use std::{fs, path::Path, path::PathBuf};
+use tempfile::TempDir;
 
 /// Files that are made from the parts.
 pub const RESULT_FILES: [&str; 6] = [
@@ -49,6 +52,8 @@ struct Stopped {
 pub struct Folder {
     pub path: PathBuf,
     pub manifest: Manifest,
+    /// The folder for a result that is compiled in, which is removed with the last copy.
+    pub(crate) unpacked: Option<Arc<TempDir>>,
 }
 
 impl Folder {
@@ -108,6 +113,7 @@ impl Folder {
             return Ok(Some(Folder {
                 path: path.into(),
                 manifest: Manifest::read(path)?,
+                unpacked: None,
             }));
         }
         if Self::labels(path)?.is_empty() {
@@ -122,7 +128,7 @@ impl Folder {
         let parts = path.join("parts");
         let mut labels = Vec::new();
         if parts.is_dir() {
-            for name in names(&parts)? {
+            for name in names_in(&parts)? {
                 if name.to_str().is_some_and(|name| name.starts_with("part-")) {
                     labels.extend(PartLabel::read(&parts.join(name)));
                 }
@@ -130,7 +136,7 @@ impl Folder {
         }
         // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
         if labels.is_empty()
-            && !names(path)?.iter().all(|name| {
+            && !names_in(path)?.iter().all(|name| {
                 (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
             })
         {
@@ -144,14 +150,32 @@ impl Folder {
         Ok(labels)
     }
 
-    /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
+    /// Opens the folder of a campaign, or the packed result of this name. It fails if there is no such folder, or if it
+    /// does not hold a campaign.
     pub fn existing(path: &Path) -> Result<Folder> {
+        if let Some((unpacked, path)) = compiled_in::unpacked(path)? {
+            let manifest = Manifest::read(&path)?;
+            return Ok(Folder {
+                path,
+                manifest,
+                unpacked: Some(Arc::new(unpacked)),
+            });
+        }
         Folder::open(path)?.ok_or_else(|| Error::Parts {
             path: path.into(),
-            problem:
-                "there is no such folder, or it is empty; give the result folder of `standfast run`"
-                    .into(),
+            problem: format!(
+                "there is no such folder, or it is empty; give the result folder of `standfast run`, or one of {}",
+                compiled_in::names().collect::<Vec<_>>().join(", ")
+            ),
         })
+    }
+
+    /// Its name in sentences: that of what is compiled in, or its path.
+    pub fn name(&self) -> String {
+        match (&self.unpacked, self.path.file_name()) {
+            (Some(_), Some(name)) => name.display().to_string(),
+            _ => self.path.display().to_string(),
+        }
     }
 
     /// The builds of the program that made the parts ([`build_id`]).
@@ -456,7 +480,7 @@ pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
 }
 
 /// The names of what lies in a folder.
-fn names(folder: &Path) -> Result<Vec<OsString>> {
+fn names_in(folder: &Path) -> Result<Vec<OsString>> {
     let names: std::io::Result<_> = fs::read_dir(folder)
         .and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect());
     names.map_err(|source| Error::Read {
@@ -504,6 +528,7 @@ pub(crate) mod tests {
         Folder {
             path: path.into(),
             manifest,
+            unpacked: None,
         }
     }
 

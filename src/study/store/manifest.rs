@@ -288,7 +288,7 @@ pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<Strin
 }
 
 /// Most trials in a part.
-const MOST_PART_TRIALS: u64 = 500;
+pub(super) const MOST_PART_TRIALS: u64 = 500;
 
 /// Number of trials in a block, which is stored as one part. The last block may have fewer. An interruption loses the
 /// unfinished blocks, so small ones have 5 trials: with four controllers these are 20 episodes. In large campaigns

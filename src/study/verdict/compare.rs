@@ -1,16 +1,18 @@
 //! Compares two finished results trial by trial.
 
-use crate::ask::gate::GateSpec;
+use crate::ask::entrant::Entrant;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, each_once};
 use crate::store::row::{TrialRow, TrialsFile};
 use crate::verdict::baseline::{refuse_other_trials, unlike};
 use crate::verdict::controller_summary::ControllerOrigin;
 use crate::verdict::gates::Gates;
+use crate::verdict::pairs::every_pair;
 use crate::verdict::summary::Summary;
 use crate::verdict::trial_columns::TrialColumns;
 use standfast_core::error::{Error, Result};
 use standfast_files::{AtomicFile, is_same_folder, sha256_hex};
+use standfast_sim::Engine;
 use std::collections::HashMap;
 use std::io::{Write, sink};
 use std::path::{Path, PathBuf};
@@ -23,12 +25,29 @@ pub struct Comparison {
     /// The trials that both results have. The controllers of the first result come before those of the second.
     pub rows: TrialColumns,
     /// The two results.
-    of: [Folder; 2],
+    of: [Side; 2],
+}
+
+/// One of the two results.
+struct Side {
+    folder: Folder,
+    /// Its entrants that are compared.
+    entrants: Vec<Compared>,
+}
+
+/// An entrant that is compared.
+struct Compared {
+    /// Its place in its result.
+    place: usize,
+    engine: Engine,
+    /// Its name in the comparison.
+    name: String,
 }
 
 impl Comparison {
-    /// Compares two finished folders. `gates` name the controllers as the summary does. It fails if a folder is not
-    /// complete, if the trials of the two are not the same, or if a gate cannot be read.
+    /// Compares two finished folders. `gates` name the controllers as the summary does. Of a [packed](Folder::is_packed)
+    /// result, only entrants in an engine of the other result are compared. It fails if a folder is not complete, if the
+    /// trials of the two are not the same, if the robot of a packed result has other joints, or if a gate cannot be read.
     pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
         if is_same_folder(&a.path, &b.path) {
             let problem = "both are this folder: a result does not differ from itself";
@@ -38,31 +57,37 @@ impl Comparison {
             });
         }
         refuse_other_trials(b, &a.manifest.campaign)?;
-        let controllers = [names(a, b), names(b, a)].concat();
-        let (rows, _, sha256) = paired([a, b], &controllers, sink())?;
+        let of = [Side::new(a, b)?, Side::new(b, a)?];
+        let mut warnings = warnings(&of)?;
+        let (rows, _, sha256) = paired(&of, sink())?;
         let count = rows.trials();
-        let manifest = joined(&a.manifest, &b.manifest, controllers, count, gates);
-        let pairs = pairs(&a.manifest.controllers, &b.manifest.controllers);
+        if a.trials() != b.trials() {
+            warnings.insert(
+                0,
+                format!(
+                    "the results have {} and {} trials: only the first {count} are compared",
+                    a.trials(),
+                    b.trials()
+                ),
+            );
+        }
+        let manifest = joined(&of, count, gates);
         let mut summary = Summary::new(
             &manifest,
             &rows,
             sha256,
-            &pairs,
+            &pairs(&of),
             &Gates::new(&manifest, None)?,
         );
-        summary.warnings.splice(..0, warnings(a, b, count));
+        summary.warnings.splice(..0, warnings);
         for (controller, origin) in summary
             .controllers
             .iter_mut()
-            .zip([origins(a), origins(b)].concat())
+            .zip(of.iter().flat_map(Side::origins))
         {
             controller.origin = origin;
         }
-        Ok(Comparison {
-            summary,
-            rows,
-            of: [a.clone(), b.clone()],
-        })
+        Ok(Comparison { summary, rows, of })
     }
 
     /// Reads both results again, and writes `trials.parquet` and `summary.json`. It returns the summary as it was
@@ -74,21 +99,22 @@ impl Comparison {
             source,
         })?;
         let mut summary = self.summary.clone();
-        for controller in &mut summary.controllers {
-            controller.origin.campaign = seen_from(folder, Path::new(&controller.origin.campaign))
+        let origins = summary
+            .controllers
+            .iter_mut()
+            .map(|controller| &mut controller.origin);
+        for origin in origins.filter(|origin| !origin.is_packed) {
+            origin.campaign = seen_from(folder, Path::new(&origin.campaign))
                 .display()
                 .to_string();
         }
-        let [a, b] = &self.of;
         let to = AtomicFile::create(&folder.join("trials.parquet"))?;
-        let (_, trials, sha256) = paired([a, b], &self.rows.names, to)?;
+        let (_, trials, sha256) = paired(&self.of, to)?;
         if sha256 != summary.trials_sha256 {
-            let problem = format!(
-                "it or {} changed while the two were compared",
-                b.path.display()
-            );
+            let [a, b] = &self.of.each_ref().map(|side| &side.folder.path);
+            let problem = format!("it or {} changed while the two were compared", b.display());
             return Err(Error::Parts {
-                path: a.path.clone(),
+                path: a.to_path_buf(),
                 problem,
             });
         }
@@ -98,42 +124,143 @@ impl Comparison {
     }
 }
 
-/// Reads the trials that both folders have. `controllers` are the new names of their controllers, those of the first folder
-/// first. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`, and the SHA-256 of the file.
-fn paired<W: Write + Send>(
-    [a, b]: [&Folder; 2],
-    controllers: &[String],
-    to: W,
-) -> Result<(TrialColumns, W, String)> {
-    let (names_a, names_b) = controllers.split_at(a.manifest.controllers.len());
-    let renamed = |folder: &Folder, names: &[String]| {
-        let controllers = folder.manifest.controllers.iter().cloned();
-        let names: HashMap<String, String> = controllers.zip(names.iter().cloned()).collect();
-        move |row: TrialRow| TrialRow {
-            controller: names[&row.controller].clone(),
-            ..row
+/// The summary of the entrants of a result in one engine, which have the names of their controllers.
+pub fn in_engine(folder: &Folder, engine: Engine) -> Result<Summary> {
+    let mut side = Side::of(folder, |own| own == engine)?;
+    side.name_controllers_alone();
+    let sides = [side];
+    let (rows, _, sha256) = paired(&sides, sink())?;
+    let manifest = joined(&sides, rows.trials(), &[]);
+    let pairs = every_pair(manifest.controllers.len());
+    let gates = Gates::new(&manifest, None)?;
+    Ok(Summary::new(&manifest, &rows, sha256, &pairs, &gates))
+}
+
+impl Side {
+    /// The result `folder`, beside the result `other`. It fails if no engine is in both and this one is packed.
+    fn new(folder: &Folder, other: &Folder) -> Result<Side> {
+        let theirs = other.manifest.campaign.engines();
+        let is_packed = folder.is_packed();
+        let mut side = Side::of(folder, |engine| !is_packed || theirs.contains(&engine))?;
+        if is_packed {
+            side.name_controllers_alone();
         }
-    };
-    let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
-    let totals = each_once(
-        [a, b]
-            .into_iter()
-            .flat_map(|folder| folder.manifest.totals.clone()),
-    );
-    let mut columns = TrialColumns::new(controllers, &a.manifest.campaign.episode);
-    let mut file = TrialsFile::new(to, &totals)?;
-    for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
-        let (of_a, of_b) = (of_a?, of_b?);
-        let rows: Vec<TrialRow> = of_a
-            .into_iter()
-            .map(&renamed_a)
-            .chain(of_b.into_iter().map(&renamed_b))
+        let label = label(&folder.path, &other.path);
+        for Compared { name, .. } in &mut side.entrants {
+            if other.manifest.controllers.contains(name) && (is_packed || !other.is_packed()) {
+                *name = format!("{name} ({label})");
+            }
+        }
+        Ok(side)
+    }
+
+    /// The entrants of a result in the engines that are wanted. It fails if there are none.
+    fn of(folder: &Folder, is_wanted: impl Fn(Engine) -> bool) -> Result<Side> {
+        let manifest = &folder.manifest;
+        let mut entrants = Vec::new();
+        for (place, engine) in manifest.campaign.engines().into_iter().enumerate() {
+            let name = manifest.controllers[place].clone();
+            entrants.push(Compared {
+                place,
+                engine,
+                name,
+            });
+        }
+        entrants.retain(|entrant| is_wanted(entrant.engine));
+        if entrants.is_empty() {
+            return Err(Error::Parts {
+                path: folder.path.clone(),
+                problem: "it has no trial in the engine of the other result".into(),
+            });
+        }
+        Ok(Side {
+            folder: folder.clone(),
+            entrants,
+        })
+    }
+
+    /// Leaves the engine out of the names of the entrants, if it is the same for all.
+    fn name_controllers_alone(&mut self) {
+        let engine = self.entrants[0].engine;
+        if self.entrants.iter().all(|entrant| entrant.engine == engine) {
+            for Compared { name, .. } in &mut self.entrants {
+                *name = Entrant::split(name).controller.into();
+            }
+        }
+    }
+
+    fn names(&self) -> impl Iterator<Item = String> {
+        self.entrants.iter().map(|entrant| entrant.name.clone())
+    }
+
+    /// Name and version of the engine of each entrant.
+    fn engines(&self) -> impl Iterator<Item = String> {
+        let engines = &self.folder.manifest.engines;
+        self.entrants
+            .iter()
+            .map(|entrant| engines[entrant.place].clone())
+    }
+
+    /// The name of an entrant in its own result.
+    fn own_name(&self, entrant: &Compared) -> &String {
+        &self.folder.manifest.controllers[entrant.place]
+    }
+
+    fn origins(&self) -> impl Iterator<Item = ControllerOrigin> {
+        let campaign = match self.folder.is_packed() {
+            true => self.folder.name(),
+            false => self.folder.path.join("campaign.toml").display().to_string(),
+        };
+        self.entrants.iter().map(move |entrant| ControllerOrigin {
+            campaign: campaign.clone(),
+            controller: self.own_name(entrant).clone(),
+            is_packed: self.folder.is_packed(),
+        })
+    }
+
+    /// The rows of each trial, with the names of the comparison and without the entrants that are not compared.
+    fn trials(&self) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
+        let entrants = self.entrants.iter();
+        let names: HashMap<&String, &String> = entrants
+            .map(|entrant| (self.own_name(entrant), &entrant.name))
             .collect();
+        let renamed = move |row: TrialRow| {
+            let controller = names.get(&row.controller)?.to_string();
+            Some(TrialRow { controller, ..row })
+        };
+        let trials = trials(&self.folder)?;
+        Ok(trials.map(move |rows| Ok(rows?.into_iter().filter_map(&renamed).collect())))
+    }
+}
+
+/// Reads the trials that all results have. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`,
+/// and the SHA-256 of the file.
+fn paired<W: Write + Send>(of: &[Side], to: W) -> Result<(TrialColumns, W, String)> {
+    let names: Vec<String> = of.iter().flat_map(Side::names).collect();
+    let mut columns = TrialColumns::new(&names, &of[0].folder.manifest.campaign.episode);
+    let mut file = TrialsFile::new(to, &totals(of))?;
+    let mut trials = of.iter().map(Side::trials).collect::<Result<Vec<_>>>()?;
+    'trials: loop {
+        let mut rows = Vec::new();
+        for trials in &mut trials {
+            match trials.next() {
+                Some(of_side) => rows.extend(of_side?),
+                None => break 'trials,
+            }
+        }
         columns.push(&rows);
         file.push(rows)?;
     }
     let (to, sha256) = file.finish()?;
     Ok((columns, to, sha256))
+}
+
+/// The totals that controllers of any result report.
+fn totals(of: &[Side]) -> Vec<String> {
+    each_once(
+        of.iter()
+            .flat_map(|side| side.folder.manifest.totals.clone()),
+    )
 }
 
 /// The rows of each trial of a finished folder.
@@ -148,111 +275,94 @@ fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>
 }
 
 /// Pairs of a controller of one result and a controller of the other. Controllers of the same name make a pair. If no
-/// name is in both results, every controller of one makes a pair with every controller of the other.
-fn pairs(controllers_a: &[String], controllers_b: &[String]) -> Vec<(usize, usize)> {
-    let all =
-        || (0..controllers_a.len()).flat_map(|i| (0..controllers_b.len()).map(move |j| (i, j)));
-    let of_one_name: Vec<_> = all()
-        .filter(|&(i, j)| controllers_a[i] == controllers_b[j])
+/// name is in both results, every controller of one makes a pair with every controller of the other. If one of them is
+/// packed, every two controllers in the same engine do.
+fn pairs([a, b]: &[Side; 2]) -> Vec<(usize, usize)> {
+    let is_packed = a.folder.is_packed() || b.folder.is_packed();
+    let of_one_name: Vec<_> = every(a, b)
+        .filter(|(i, j)| a.own_name(&a.entrants[*i]) == b.own_name(&b.entrants[*j]))
         .collect();
-    let pairs = if of_one_name.is_empty() {
-        all().collect()
-    } else {
-        of_one_name
+    let pairs = match (is_packed, of_one_name.is_empty()) {
+        (true, _) => every(a, b)
+            .filter(|(i, j)| a.entrants[*i].engine == b.entrants[*j].engine)
+            .collect(),
+        (false, true) => every(a, b).collect(),
+        (false, false) => of_one_name,
     };
     pairs
         .into_iter()
-        .map(|(i, j)| (i, controllers_a.len() + j))
+        .map(|(i, j)| (i, a.entrants.len() + j))
         .collect()
 }
 
-/// The manifest of the comparison: the manifest of the first result, with the names, controllers and hashes of both,
-/// and with the number of trials that both have.
-fn joined(
-    a: &Manifest,
-    b: &Manifest,
-    controllers: Vec<String>,
-    trials: u64,
-    gates: &[String],
-) -> Manifest {
-    let both = |a: &str, b: &str| {
-        if a == b {
-            a.to_string()
-        } else {
-            format!("{a}, {b}")
-        }
+fn every(a: &Side, b: &Side) -> impl Iterator<Item = (usize, usize)> {
+    let of_b = b.entrants.len();
+    (0..a.entrants.len()).flat_map(move |i| (0..of_b).map(move |j| (i, j)))
+}
+
+/// The manifest of the comparison: the manifest of the first result, with the names, controllers and hashes of all,
+/// and with the number of trials that all have.
+fn joined(of: &[Side], trials: u64, gates: &[String]) -> Manifest {
+    let all: Vec<&Manifest> = of.iter().map(|side| &side.folder.manifest).collect();
+    let listed = |text: fn(&Manifest) -> &String| {
+        each_once(all.iter().map(|manifest| text(manifest).clone())).join(", ")
     };
-    let mut campaign = a.campaign.clone();
-    campaign.name = both(&a.campaign.name, &b.campaign.name);
-    campaign.robot = both(&a.campaign.robot, &b.campaign.robot);
+    let mut campaign = all[0].campaign.clone();
+    campaign.name = listed(|manifest| &manifest.campaign.name);
+    campaign.robot = listed(|manifest| &manifest.campaign.robot);
     campaign.trials = trials;
-    campaign.stopping.until_resolved |= b.campaign.stopping.until_resolved;
-    campaign.gates = GateSpec {
-        require: gates.to_vec(),
-        ..a.campaign.gates.clone()
-    };
+    campaign.stopping.until_resolved = all
+        .iter()
+        .any(|manifest| manifest.campaign.stopping.until_resolved);
+    campaign.gates.require = gates.to_vec();
+    let hashes: Vec<&str> = all.iter().map(|manifest| &*manifest.config_hash).collect();
     Manifest {
-        standfast: both(&a.standfast, &b.standfast),
-        config_hash: sha256_hex(format!("{} {}", a.config_hash, b.config_hash).as_bytes()),
-        robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
-        engines: [&a.engines[..], &b.engines].concat(),
-        part_trials: a.part_trials,
-        controllers,
-        totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
+        standfast: listed(|manifest| &manifest.standfast),
+        config_hash: sha256_hex(hashes.join(" ").as_bytes()),
+        robot_sha256: listed(|manifest| &manifest.robot_sha256),
+        engines: of.iter().flat_map(Side::engines).collect(),
+        part_trials: all[0].part_trials,
+        controllers: of.iter().flat_map(Side::names).collect(),
+        totals: totals(of),
         inputs: Vec::new(),
-        not_kept: [a, b]
-            .into_iter()
-            .flat_map(|of| of.not_kept.clone())
+        not_kept: all
+            .iter()
+            .flat_map(|manifest| manifest.not_kept.clone())
             .collect(),
-        trained_otherwise: [a, b]
-            .into_iter()
-            .flat_map(|of| of.trained_otherwise.clone())
+        trained_otherwise: all
+            .iter()
+            .flat_map(|manifest| manifest.trained_otherwise.clone())
             .collect(),
         campaign,
     }
 }
 
-/// Warns of what a comparison over the first `trials` trials cannot support.
-fn warnings(a: &Folder, b: &Folder, trials: u64) -> Vec<String> {
-    let (of_a, of_b) = (a.trials(), b.trials());
-    let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
+/// Warns of what a comparison cannot support. It fails if one of the results is packed and their robots have other joints.
+fn warnings([a, b]: &[Side; 2]) -> Result<Vec<String>> {
+    let (mut ours, mut theirs) = (a.folder.manifest.clone(), b.folder.manifest.clone());
     let mut warnings = Vec::new();
-    if of_a != of_b {
-        warnings.push(format!(
-            "the results have {of_a} and {of_b} trials: only the first {trials} are compared"
-        ));
+    if a.folder.is_packed() || b.folder.is_packed() {
+        let differences = a
+            .folder
+            .robot_values()?
+            .differences(&b.folder.robot_values()?);
+        warnings.extend(differences.warning(&b.folder.name())?);
+        // Their files need not be the same, and the engines are those of the entrants that are compared.
+        theirs.robot_sha256.clone_from(&ours.robot_sha256);
+        theirs.campaign.robot.clone_from(&ours.campaign.robot);
+        (ours.engines, theirs.engines) = (a.engines().collect(), b.engines().collect());
+        ours.engines.sort();
+        theirs.engines.sort();
     }
-    warnings.extend(unlike(&a.manifest, &b.manifest));
+    warnings.extend(unlike(&ours, &theirs));
+    let [ours, theirs] = [ours, theirs].map(|manifest| manifest.campaign.gates);
     if (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved) {
         warnings.push(
             "the results ask for gates of another confidence, or decide otherwise what is unresolved"
                 .into(),
         );
     }
-    warnings
-}
-
-/// The names of a folder's controllers. If the other folder has the same name, the name of the folder is added.
-fn names(folder: &Folder, other: &Folder) -> Vec<String> {
-    let label = label(&folder.path, &other.path);
-    let mut names = folder.manifest.controllers.clone();
-    for name in &mut names {
-        if other.manifest.controllers.contains(name) {
-            *name = format!("{name} ({label})");
-        }
-    }
-    names
-}
-
-fn origins(folder: &Folder) -> Vec<ControllerOrigin> {
-    let campaign = folder.path.join("campaign.toml").display().to_string();
-    let controllers = folder.manifest.controllers.iter();
-    controllers
-        .map(|controller| ControllerOrigin {
-            campaign: campaign.clone(),
-            controller: controller.clone(),
-        })
-        .collect()
+    Ok(warnings)
 }
 
 /// The path of a file, relative to a folder. Both must exist.

@@ -63,10 +63,13 @@ pub struct ControllerSummary {
 /// Where a controller's trials can be replayed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ControllerOrigin {
-    /// Path of the campaign file, relative to the folder of the result.
+    /// Path of the campaign file, relative to the folder of the result; or the name of a packed result.
     pub campaign: String,
     /// Name of the controller in that campaign.
     pub controller: String,
+    /// Whether the result is packed, so that nothing of it can be replayed.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_packed: bool,
 }
 
 impl ControllerOrigin {
@@ -75,6 +78,7 @@ impl ControllerOrigin {
         Self {
             campaign: "campaign.toml".into(),
             controller: controller.into(),
+            is_packed: false,
         }
     }
 }

@@ -1,0 +1,100 @@
+//! Packed results, as baselines to give away: the rows of all trials in few files, and the values of the robot. They have
+//! no file of robot and controllers, so nobody can run or replay their trials.
+
+use crate::store::folder::Folder;
+use crate::store::manifest::MOST_PART_TRIALS;
+use crate::store::robot_values::RobotValues;
+use crate::store::row::TrialRow;
+use serde_json::Value;
+use standfast_core::error::{Error, Result};
+use standfast_files::assets::{self, Source};
+use standfast_files::{json_pretty, write_atomic};
+use standfast_robots::urdf::Files;
+use std::num::NonZeroU64;
+use std::path::Path;
+
+/// Path of the robot's values in a packed result. No other result has this file.
+const ROBOT: &str = "parts/robot.json";
+/// Largest size of this file that is read (bytes).
+const MOST_BYTES: u64 = 10_000_000;
+
+impl Folder {
+    /// Whether the result is packed.
+    pub fn is_packed(&self) -> bool {
+        self.path.join(ROBOT).is_file()
+    }
+
+    /// The robot of the trials by its values, from the files in the folder or, if the result is packed, as they were
+    /// then. It fails if they cannot be read.
+    pub fn robot_values(&self) -> Result<RobotValues> {
+        let path = self.path.join(ROBOT);
+        if !self.is_packed() {
+            return Ok(RobotValues::of(
+                &Files::open(&self.campaign().robot)?.robot()?,
+            ));
+        }
+        let values: Value =
+            serde_json::from_slice(&assets::read(&path, MOST_BYTES)?).map_err(|e| {
+                Error::Syntax {
+                    file: path.display().to_string(),
+                    message: e.to_string(),
+                }
+            })?;
+        Ok(RobotValues(values))
+    }
+
+    /// The campaign as a file that asks for the same trials. It names neither robot nor controllers, and no gate.
+    pub fn trials_asked(&self) -> Result<Source> {
+        let mut asked: toml::Table = assets::parse_toml(&Source {
+            file: self.name(),
+            text: self.manifest.campaign.to_toml()?,
+        })?;
+        for key in ["robot", "controllers", "gates"] {
+            asked.remove(key);
+        }
+        Ok(Source {
+            file: format!("builtin:{}", self.name()),
+            text: asked.to_string(),
+        })
+    }
+
+    /// Packs a finished result. It fails if the result is not complete, or if `to` is not a new or empty folder.
+    pub fn pack(&self, to: &Path) -> Result<Folder> {
+        if Folder::open(to).map_or(true, |there| there.is_some()) {
+            return Err(Error::Parts {
+                path: to.into(),
+                problem: "a packed result goes to a new or an empty folder".into(),
+            });
+        }
+        let mut manifest = self.manifest.clone();
+        if !manifest.campaign.stopping.until_resolved {
+            let part_trials = manifest.campaign.trials.min(MOST_PART_TRIALS);
+            manifest.part_trials = NonZeroU64::new(part_trials).unwrap_or(NonZeroU64::MIN);
+        }
+        let packed = Folder {
+            path: to.into(),
+            manifest,
+            unpacked: None,
+        };
+        let parts = self.parts()?;
+        let values = json_pretty(&self.robot_values()?.0)?;
+        let mut waiting: Vec<TrialRow> = Vec::new();
+        let mut block = 0;
+        for part in parts {
+            for row in part? {
+                if row.trial == packed.range(block).1 {
+                    packed.part(block).write(&std::mem::take(&mut waiting))?;
+                    block += 1;
+                }
+                waiting.push(row);
+            }
+        }
+        packed.part(block).write(&waiting)?;
+        if let Some(controller_trials) = self.controller_trials().filter(|_| self.has_stopped()) {
+            packed.stop_at(&controller_trials)?;
+        }
+        write_atomic(&to.join(ROBOT), values.as_bytes())?;
+        packed.create()?;
+        Ok(packed)
+    }
+}
