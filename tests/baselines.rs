@@ -85,6 +85,10 @@ fn a_packed_result_is_a_baseline_without_files_of_robot_and_controllers() {
         })
         .unwrap();
     assert_eq!((pairs.len(), &own["discordant"]), (2, &0.into()));
+    let place =
+        "hold is number 1 of 2 by its rate: not told apart from hold (packed). fixed is number ";
+    let headline = found["headline"].as_str().unwrap();
+    assert!(headline.starts_with(place), "{headline}");
     // It can be compared later, too, and printed, but not replayed.
     let compared = standfast(dir.path(), &["compare", "new", "packed", "--out=page"]).success();
     assert!(
@@ -133,7 +137,7 @@ fn a_baseline_of_other_trials_or_engines_and_a_taken_folder_are_refused() {
     for (more, code, expected) in [
         (&["--set=push.height_m=0.01"][..], 3, "push.height_m is"),
         (&["--seed=9"], 3, "seed is 1 there and 9 here"),
-        (&["--baseline=g2-public"], 2, "one of g1-public, h1-public"),
+        (&["--baseline=g2-public"], 3, "one of g1-public, h1-public"),
     ] {
         let args = beside(more);
         let args: Vec<&str> = match more[0].starts_with("--baseline") {

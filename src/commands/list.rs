@@ -1,4 +1,4 @@
-//! `standfast list`: what can be named without a file: robots, controllers and campaigns that are compiled in; and which
+//! `standfast list`: what can be named without a file: robots, controllers, campaigns and baselines that are compiled in; and which
 //! engines and features this program has.
 
 use super::mujoco;
@@ -8,7 +8,10 @@ use standfast_core::error::Result;
 use standfast_files::assets::InputKind;
 use standfast_report::text::layout::wrapped;
 use standfast_sim::Engine;
-use standfast_study::{Campaign, Overrides};
+use standfast_study::store::compiled_in;
+use standfast_study::store::manifest::Manifest;
+use standfast_study::{Campaign, Folder, Overrides};
+use std::path::Path;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -38,6 +41,7 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
         ("robots", robots()),
         ("controllers", controllers()?),
         ("campaigns", campaigns()?),
+        ("baselines", baselines()?),
         ("engines", engines()),
         ("features", features()),
     ];
@@ -105,6 +109,25 @@ fn campaigns() -> Result<Vec<Value>> {
         );
     }
     Ok(campaigns)
+}
+
+fn baselines() -> Result<Vec<Value>> {
+    let mut baselines = Vec::new();
+    for name in compiled_in::names() {
+        let Manifest {
+            campaign,
+            controllers,
+            ..
+        } = Folder::existing(Path::new(name))?.manifest;
+        let what = format!(
+            "{} trials of {}, of {}",
+            campaign.trials,
+            campaign.name,
+            controllers.join(", ")
+        );
+        baselines.push(json!({ "name": name, "what": what, "controllers": controllers }));
+    }
+    Ok(baselines)
 }
 
 fn engines() -> Vec<Value> {

@@ -8,6 +8,7 @@ use crate::verdict::baseline::{refuse_other_trials, unlike};
 use crate::verdict::controller_summary::ControllerOrigin;
 use crate::verdict::gates::Gates;
 use crate::verdict::pairs::every_pair;
+use crate::verdict::placement;
 use crate::verdict::summary::Summary;
 use crate::verdict::trial_columns::TrialColumns;
 use standfast_core::error::{Error, Result};
@@ -80,6 +81,10 @@ impl Comparison {
             &Gates::new(&manifest, None)?,
         );
         summary.warnings.splice(..0, warnings);
+        if b.is_packed() {
+            let own = &summary.controllers[..of[0].entrants.len()];
+            summary.headline = placement::of(own, &summary.pairs);
+        }
         for (controller, origin) in summary
             .controllers
             .iter_mut()

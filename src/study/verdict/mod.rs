@@ -7,7 +7,8 @@
 //! ([`warnings`]). The lines of a running campaign are [`so_far`].
 //!
 //! The requirements of a campaign are its [`gates`]. They are decided by [`evidence`], and some compare with an earlier
-//! result ([`baseline`]). Two results can be compared ([`compare`]).
+//! result ([`baseline`]). Two results can be compared ([`compare`]), and a controller
+//! has a place among those of a packed one.
 
 pub mod baseline;
 pub mod compare;
@@ -18,6 +19,7 @@ pub mod gates;
 pub mod headline;
 mod listed;
 pub mod pairs;
+mod placement;
 pub mod so_far;
 pub mod standing;
 pub mod strata;
