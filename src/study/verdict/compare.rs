@@ -320,6 +320,11 @@ fn joined(of: &[Side], trials: u64, gates: &[String]) -> Manifest {
         .iter()
         .any(|manifest| manifest.campaign.stopping.until_resolved);
     campaign.gates.require = gates.to_vec();
+    // Of a packed result nobody can run the controllers, so nothing is told of their files.
+    let with_files = of
+        .iter()
+        .filter(|side| !side.folder.is_packed())
+        .map(|side| &side.folder.manifest);
     let hashes: Vec<&str> = all.iter().map(|manifest| &*manifest.config_hash).collect();
     Manifest {
         standfast: listed(|manifest| &manifest.standfast),
@@ -330,12 +335,11 @@ fn joined(of: &[Side], trials: u64, gates: &[String]) -> Manifest {
         controllers: of.iter().flat_map(Side::names).collect(),
         totals: totals(of),
         inputs: Vec::new(),
-        not_kept: all
-            .iter()
+        not_kept: with_files
+            .clone()
             .flat_map(|manifest| manifest.not_kept.clone())
             .collect(),
-        trained_otherwise: all
-            .iter()
+        trained_otherwise: with_files
             .flat_map(|manifest| manifest.trained_otherwise.clone())
             .collect(),
         campaign,

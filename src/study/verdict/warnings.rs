@@ -96,15 +96,26 @@ pub fn of(
                 .into(),
         );
     }
-    for controller in controllers.iter().filter(|controller| {
-        controller.moving_at_push as f64 > MOVING * controller.count.trials as f64
-    }) {
-        let trials = controller.count.trials;
+    let moving: Vec<String> = controllers
+        .iter()
+        .filter(|controller| {
+            controller.moving_at_push as f64 > MOVING * controller.count.trials as f64
+        })
+        .map(
+            |ControllerSummary {
+                 name,
+                 moving_at_push,
+                 count,
+                 ..
+             }| { format!("{name} ({moving_at_push} of {} trials)", count.trials) },
+        )
+        .collect();
+    if !moving.is_empty() {
         let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
         warnings.push(format!(
-            "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
-             m/s). A later push.start_s gives it time to come to rest.",
-            controller.name, controller.moving_at_push
+            "The push found a robot that was not at rest (COM faster than {speed_m_s} m/s) with {}. A later push.start_s \
+             gives it time to come to rest.",
+            moving.join(", ")
         ));
     }
     for controller in controllers
@@ -188,10 +199,10 @@ mod tests {
                 [Recovered, Failed],
                 &[],
             ),
-            // The same warning comes with either controller.
+            // One warning for both controllers.
             (
                 "not at rest",
-                2,
+                1,
                 100,
                 [Recovered, Fell],
                 &["episode.judge.standing_com_speed_m_s=0.0005"],
