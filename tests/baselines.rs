@@ -164,6 +164,45 @@ fn a_baseline_of_other_trials_or_engines_and_a_taken_folder_are_refused() {
     );
 }
 
+#[cfg(feature = "mujoco")]
+#[test]
+fn a_run_in_one_engine_is_compared_with_the_entrants_in_that_engine() {
+    let dir = folder();
+    standfast(dir.path(), &short(&["--engine=both", "--trials=5"])).success();
+    let pack = ["merge", "out", "--replays=0", "--pack=packed"];
+    standfast(dir.path(), &pack).success();
+    for (engine, expected) in [
+        ("rapier", &["hold", "fixed", "hold (packed)"][..]),
+        (
+            "both",
+            &[
+                "hold@rapier",
+                "hold@mujoco",
+                "fixed@rapier",
+                "fixed@mujoco",
+                "hold@rapier (packed)",
+                "hold@mujoco (packed)",
+            ],
+        ),
+    ] {
+        let engine = format!("--engine={engine}");
+        let run = standfast(dir.path(), &beside(&[&engine, "--json"])).success();
+        let found: Value = serde_json::from_str(&stdout(&run)).unwrap();
+        let controllers = found["controllers"].as_array().unwrap();
+        let names: Vec<&str> = controllers
+            .iter()
+            .map(|own| own["name"].as_str().unwrap())
+            .collect();
+        assert_eq!(names, expected);
+        // Each of ours has a pair in its engine, and none in the other.
+        assert_eq!(
+            found["pairs"].as_array().unwrap().len(),
+            expected.len() * 2 / 3
+        );
+        fs::remove_dir_all(dir.path().join("new")).unwrap();
+    }
+}
+
 /// Their rows are read as those of any result: the pushes are what their campaigns draw, to the bit.
 #[test]
 fn what_is_compiled_in_is_whole_and_the_guide_has_its_page() {

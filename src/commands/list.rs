@@ -8,8 +8,9 @@ use standfast_core::error::Result;
 use standfast_files::assets::InputKind;
 use standfast_report::text::layout::wrapped;
 use standfast_sim::Engine;
+use standfast_study::ask::entrant::Entrant;
 use standfast_study::store::compiled_in;
-use standfast_study::store::manifest::Manifest;
+use standfast_study::store::manifest::{Manifest, each_once};
 use standfast_study::{Campaign, Folder, Overrides};
 use std::path::Path;
 use std::process::ExitCode;
@@ -119,12 +120,10 @@ fn baselines() -> Result<Vec<Value>> {
             controllers,
             ..
         } = Folder::existing(Path::new(name))?.manifest;
-        let what = format!(
-            "{} trials of {}, of {}",
-            campaign.trials,
-            campaign.name,
-            controllers.join(", ")
-        );
+        let entrants = controllers.iter();
+        let entered = entrants.map(|entrant| Entrant::split(entrant).controller.to_string());
+        let entered = each_once(entered).join(", ");
+        let what = format!("{} trials of {}: {entered}", campaign.trials, campaign.name);
         baselines.push(json!({ "name": name, "what": what, "controllers": controllers }));
     }
     Ok(baselines)

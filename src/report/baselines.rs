@@ -24,8 +24,9 @@ DIR g1-public --out page` writes the comparison as a report, and `standfast merg
 own: rows alone, without files of robot and controllers.
 
 This page is written by `standfast docs baselines`. A *limit* is the impulse of 50 % survival without noise and variations, in
-N s in Rapier and in MuJoCo, with the pushes of `nominal` (`limit nominal --headings 8 --replicas 0 --precision 2`); `none`, `one` and
-`any` are the pendulum bounds with so many footsteps.
+N s in Rapier and in MuJoCo, with the pushes of `nominal` (`limit nominal --headings 8 --replicas 0 --precision 3 --trials 80`); `none`, `one` and
+`any` are the pendulum bounds with so many footsteps. A 95 % interval reaches 3 N s to either side, or further where the search ran
+out of its 80 trials (`?`).
 ";
 
 /// The limits of a packed result, of which the page shows these.
@@ -47,6 +48,15 @@ struct Heading {
 struct Limit {
     name: String,
     impulse50_n_s: Option<f64>,
+    resolved: bool,
+}
+
+impl Limit {
+    /// The impulse, with a mark if its interval is wider than the precision.
+    fn text(&self) -> String {
+        let mark = if self.resolved { "" } else { "?" };
+        in_n_s(self.impulse50_n_s) + mark
+    }
 }
 
 /// The page in Markdown.
@@ -144,7 +154,7 @@ impl Limits {
             let of_controller: BTreeMap<&str, String> = heading
                 .controllers
                 .iter()
-                .map(|limit| (&*limit.name, in_n_s(limit.impulse50_n_s)))
+                .map(|limit| (&*limit.name, limit.text()))
                 .collect();
             let bounds = [
                 Some(heading.bound_no_step_n_s),

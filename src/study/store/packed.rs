@@ -43,13 +43,16 @@ impl Folder {
         Ok(RobotValues(values))
     }
 
-    /// The campaign as a file that asks for the same trials. It names neither robot nor controllers, and no gate.
+    /// The campaign as a file that asks for the same trials. It names neither robot nor controllers, no gate, and no end
+    /// before its last trial.
     pub fn trials_asked(&self) -> Result<Source> {
+        let mut campaign = self.manifest.campaign.clone();
+        campaign.trials = self.trials();
         let mut asked: toml::Table = assets::parse_toml(&Source {
             file: self.name(),
-            text: self.manifest.campaign.to_toml()?,
+            text: campaign.to_toml()?,
         })?;
-        for key in ["robot", "controllers", "gates"] {
+        for key in ["robot", "controllers", "gates", "stopping"] {
             asked.remove(key);
         }
         Ok(Source {
