@@ -64,7 +64,6 @@ macro_rules! chapters {
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
         #[doc = "[ghost.png]: ../../../../../assets/pictures/ghost.png"]
-        #[doc = "[limit-g1.svg]: ../../../../../assets/pictures/limit-g1.svg"]
         #[doc = "[limit-nominal.svg]: ../../../../../assets/pictures/limit-nominal.svg"]
         #[doc = "[map-nominal.svg]: ../../../../../assets/pictures/map-nominal.svg"]
         #[doc = "[limit-standard.svg]: ../../../../../assets/pictures/limit-standard.svg"]

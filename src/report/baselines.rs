@@ -10,7 +10,6 @@ use standfast_stats::decision::PairVerdict;
 use standfast_stats::rate::SuccessCount;
 use standfast_study::verdict::compare::in_engine;
 use standfast_study::{Folder, Summary};
-use std::collections::BTreeMap;
 use std::path::Path;
 
 const HEAD: &str = "\
@@ -145,32 +144,35 @@ fn survival([rapier, mujoco]: &[Summary; 2]) -> Table {
 }
 
 impl Limits {
-    /// The limits of these controllers, by heading, and the pendulum bounds.
+    /// The pendulum bounds, and the limits of these controllers, by heading.
     fn table(&self, names: &[&str]) -> Table {
-        let bounds = ["none", "one", "any"].map(number);
-        let columns = [number("heading").in_unit("deg")].into_iter().chain(bounds);
-        let mut table = Table::new("", columns.chain(names.iter().map(|name| number(*name))));
-        for heading in &self.headings {
-            let of_controller: BTreeMap<&str, String> = heading
-                .controllers
-                .iter()
-                .map(|limit| (&*limit.name, limit.text()))
-                .collect();
-            let bounds = [
-                Some(heading.bound_no_step_n_s),
-                heading.bound_one_step_n_s,
-                heading.bound_n_step_n_s,
-            ];
-            let mut cells = vec![cell(format!("{:.0}", heading.heading_deg))];
-            cells.extend(bounds.map(|bound| cell(in_n_s(bound))));
-            for name in names {
+        let headings = self.headings.iter();
+        let columns = headings
+            .clone()
+            .map(|heading| number(format!("{:.0}", heading.heading_deg)));
+        let first = [words("limit in N s, by heading in degrees")];
+        let mut table = Table::new("", first.into_iter().chain(columns));
+        type Bound = fn(&Heading) -> Option<f64>;
+        let bounds: [(&str, Bound); 3] = [
+            ("none", |heading| Some(heading.bound_no_step_n_s)),
+            ("one", |heading| heading.bound_one_step_n_s),
+            ("any", |heading| heading.bound_n_step_n_s),
+        ];
+        for (name, bound) in bounds {
+            let cells = headings.clone().map(|heading| cell(in_n_s(bound(heading))));
+            table.row([cell(name)].into_iter().chain(cells));
+        }
+        for name in names {
+            let cells = headings.clone().map(|heading| {
                 let of_engine = Engine::ALL.map(|engine| {
                     let name = format!("{name}@{}", engine.name());
-                    of_controller.get(&*name).map_or("-", |limit| limit)
+                    let mut limits = heading.controllers.iter();
+                    let limit = limits.find(|limit| limit.name == name);
+                    limit.map_or("-".into(), Limit::text)
                 });
-                cells.push(cell(of_engine.join(", ")));
-            }
-            table.row(cells);
+                cell(of_engine.join(", "))
+            });
+            table.row([cell(*name)].into_iter().chain(cells));
         }
         table
     }
