@@ -17,6 +17,7 @@
 //! 15. [`data`]: results in pandas, polars and DuckDB, and traces in Foxglove
 //! 16. [`tuning`]: from a controller to a better one
 //! 17. [`baselines`]: what public policies survived, to compare yours with
+//! 18. [`published`]: pushes that others published, beside the pendulum bounds
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -58,6 +59,7 @@ macro_rules! chapters {
         #[doc = "[onnx]: crate::guide::onnx"]
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[process]: crate::guide::process"]
+        #[doc = "[published]: crate::guide::published"]
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[tuned]: crate::guide::history#with-numbers-of-their-own"]
         #[doc = "[tuning]: crate::guide::tuning"]
@@ -82,4 +84,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning baselines }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning baselines published }

@@ -4,8 +4,8 @@
 //! A [`scenario`] is a disturbance with a name. The paper's pushes are simulated as any push is; the ZMP errors that
 //! the paper gives to its controller are [`imposed`] on the ideal pendulum, without physics. [`response`] measures how
 //! well the ZMP of the simulated robot follows the desired ZMP, which the paper takes for granted, and [`foretold`] how
-//! well the CPI sets foretell whether the robot recovers. [`commands`] has a
-//! file for each command of the program, and [`render`] draws and tells what the commands found.
+//! well the CPI sets foretell whether the robot recovers. [`published`] sets the pendulum bounds beside pushes of others.
+//! [`commands`] has a file for each command of the program, and [`render`] draws and tells what the commands found.
 //!
 //! This crate sees the controller only through [`account`], and the robot through the closed loop of standfast.
 
@@ -19,6 +19,7 @@ pub mod account;
 pub mod commands;
 pub mod foretold;
 pub mod imposed;
+pub mod published;
 pub mod render;
 pub mod response;
 pub mod scenario;

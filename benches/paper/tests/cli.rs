@@ -55,7 +55,7 @@ fn without_a_command_that_it_knows_it_lists_them() {
     for args in [&[][..], &["walk"]] {
         let help = stderr(&program(dir.path(), args).code(2));
         assert!(
-            ["page", "scenario", "response"]
+            ["page", "scenario", "response", "published"]
                 .iter()
                 .all(|name| help.contains(&format!("\n  {name} "))),
             "{help}"

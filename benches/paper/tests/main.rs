@@ -6,6 +6,7 @@ mod fuzz;
 #[path = "../../../tests/fuzz/mutations.rs"]
 mod mutations;
 mod page;
+mod published;
 mod readme;
 mod scenarios;
 #[path = "../../../tests/readme/shown.rs"]

@@ -2,6 +2,7 @@
 
 mod foretold;
 mod page;
+mod published;
 mod response;
 mod scenario;
 
@@ -40,6 +41,8 @@ enum Chosen {
     Scenario(scenario::ScenarioArgs),
     /// Measure how well the ZMP follows the commanded ZMP
     Response(response::ResponseArgs),
+    /// Set the pendulum bounds beside pushes that others published, as Markdown
+    Published,
 }
 
 /// Runs the command that the program was called with. A command line that cannot be read ends the program here, with
@@ -57,5 +60,6 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Foretold(args) => foretold::run(&args),
         Chosen::Scenario(args) => scenario::run(&args),
         Chosen::Response(args) => response::run(&args),
+        Chosen::Published => published::run(),
     }
 }

@@ -4,4 +4,5 @@
 pub mod bode;
 pub mod imposed;
 pub mod page;
+pub mod published;
 pub mod response;
