@@ -13,7 +13,7 @@ const CARD: [&str; 10] = [
     "--precision=1",
     "--trials=6",
     "--replicas=5",
-    "--pushes=4",
+    "--tries=4",
     "--set=episode.horizon_s=2.5",
     "--threads=2",
     "--out=lab",

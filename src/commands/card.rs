@@ -51,7 +51,7 @@ pub struct CardArgs {
     pub trials: u64,
     /// Pushes to try on hardware
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = count::<usize>(1..=MOST_PUSHES as u64))]
-    pub pushes: usize,
+    pub tries: usize,
     /// Simulated robots by which the chances are predicted
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = count::<u64>(1..=MOST_TRIALS))]
     pub replicas: u64,
@@ -94,7 +94,7 @@ pub fn run(args: &CardArgs) -> Result<ExitCode> {
         precision_n_s: args.precision,
         trials: args.trials,
         replicas: args.replicas,
-        pushes: args.pushes,
+        pushes: args.tries,
         threads: args.threads,
         untried: args.untried,
     };
@@ -105,7 +105,7 @@ pub fn run(args: &CardArgs) -> Result<ExitCode> {
         search.prepare()?;
         return fine(&format!(
             "limits at {} headings, {} trials for each difference, {} replicas of {} pushes",
-            args.headings, args.trials, args.replicas, args.pushes
+            args.headings, args.trials, args.replicas, args.tries
         ));
     }
     let batch = BatchArgs {

@@ -16,7 +16,7 @@ const ENDINGS: [&str; 2] = ["html", "svg"];
 
 Where there is no display, only the path is printed.")]
 pub struct OpenArgs {
-    /// Result folder of `run`, `merge`, `compare`, `card` or `limit --dense`, or a page (.html or .svg)
+    /// Result folder of `run`, `merge`, `compare`, `limit --dense` or `card`, or a page (.html or .svg)
     #[arg(value_name = "DIR|FILE")]
     pub result: PathBuf,
 }

@@ -394,7 +394,7 @@ impl<'a> CardSearch<'a> {
         let numbers = most_telling(&chances, pushes, of_heading);
         if numbers.len() < pushes {
             return Err(Error::option(
-                "--pushes",
+                "--tries",
                 pushes,
                 format!(
                     "only {} pushes can be chosen, at {} headings",
