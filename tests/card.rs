@@ -6,15 +6,16 @@ use std::fs;
 use std::path::Path;
 
 /// A card with little to simulate.
-const CARD: [&str; 10] = [
+const CARD: [&str; 11] = [
     "card",
     "--controller=hold",
-    "--headings=2",
+    "--headings=1",
     "--precision=1",
-    "--trials=6",
-    "--replicas=5",
-    "--tries=4",
-    "--set=episode.horizon_s=2.5",
+    "--trials=2",
+    "--replicas=2",
+    "--tries=2",
+    "--set=episode.horizon_s=1.8",
+    "--set=episode.judge.standing_time_s=0.1",
     "--threads=2",
     "--out=lab",
 ];
@@ -29,7 +30,8 @@ fn fill(dir: &Path, outcomes: &[&str]) -> String {
     let mut lines = sheet.lines();
     let mut filled = lines.next().unwrap().to_string();
     for (line, outcome) in lines.zip(outcomes) {
-        filled += &format!("\n{line}{outcome}");
+        let (push, _) = line.rsplit_once(',').unwrap();
+        filled += &format!("\n{push},{outcome}");
     }
     fs::write(dir.join("filled.csv"), &filled).unwrap();
     filled
@@ -50,7 +52,7 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
     let found: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(fs::read_to_string(lab.join("card.json")).unwrap(), json);
     let pushes = found["pushes"].as_array().unwrap();
-    assert_eq!(pushes.len(), 4);
+    assert_eq!(pushes.len(), 2);
     let chance = |push: &Value| push["predicted"].as_f64().unwrap();
     for push in pushes {
         let heading = usize::from(push["heading_deg"] == 180.0);
@@ -58,10 +60,10 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
         let of_limit = push["impulse_n_s"].as_f64().unwrap() / limit.as_f64().unwrap();
         // Impulses have two digits.
         assert!((0.48..1.35).contains(&of_limit), "{push} at {limit}");
-        // Of 5 replicas, (k + 1/2) / 6.
-        let k = 6.0 * chance(push) - 0.5;
+        // Of 2 replicas, (k + 1/2) / 3.
+        let k = 3.0 * chance(push) - 0.5;
         assert!(
-            (k - k.round()).abs() < 1e-3 && (0.0..5.01).contains(&k.round()),
+            (k - k.round()).abs() < 1e-3 && (0.0..2.01).contains(&k.round()),
             "{push}"
         );
         assert!(
@@ -70,29 +72,29 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
         );
     }
     assert_eq!(found["factors"].as_array().unwrap().len(), 8);
-    assert_eq!(found["designed"]["trials"], 6);
+    assert_eq!(found["designed"]["trials"], 2);
     let page = fs::read_to_string(lab.join("card.html")).unwrap();
     assert_eq!(
         page.matches("class=\"box\"").count(),
-        8,
+        4,
         "two boxes for each push"
     );
     assert!(!page.contains("http"), "the page loads nothing");
 
     // The same command runs nothing again, and keeps what was filled in.
-    fill(dir, &["1", "1", "0", "0"]);
+    fill(dir, &["1", "0"]);
     fs::copy(dir.join("filled.csv"), lab.join("observed.csv")).unwrap();
     let kept = files(&lab);
     let again = card(dir, &["--json"]).success();
     assert_eq!((stdout(&again), files(&lab)), (json, kept.clone()));
     assert!(
-        stderr(&again).contains("all 2 searches are there"),
+        stderr(&again).contains("all 1 searches are there"),
         "{}",
         stderr(&again)
     );
     // With parts lost, they are run again to the same bits.
-    fs::remove_file(lab.join("parts/push-2-of-4.json")).unwrap();
-    fs::remove_file(lab.join("parts/trial-3-of-6.json")).unwrap();
+    fs::remove_file(lab.join("parts/push-2-of-2.json")).unwrap();
+    fs::remove_file(lab.join("parts/trial-2-of-2.json")).unwrap();
     let text = stdout(&card(dir, &[]).success());
     assert_eq!(files(&lab), kept);
     assert!(text.contains("To try on hardware first"), "{text}");
@@ -101,7 +103,7 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
     let beside = standfast(dir, &["compare", "--observed=lab/observed.csv"]).success();
     assert_eq!(stdout(&beside), stdout(&compare(dir, &[]).success()));
     assert!(
-        stdout(&beside).contains("survived: 2 of 4"),
+        stdout(&beside).contains("survived: 1 of 2"),
         "{}",
         stdout(&beside)
     );
@@ -109,7 +111,7 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
         fill(dir, outcomes);
         serde_json::from_str(&stdout(&compare(dir, &["--json"]).success())).unwrap()
     };
-    let all = told(&["1", "1", "1", "1"]);
+    let all = told(&["1", "1"]);
     let product: f64 = pushes.iter().map(chance).product();
     assert!(
         (all["so_many_p"].as_f64().unwrap() - product).abs() < 1e-12,
@@ -124,20 +126,13 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
         (all["expected"].as_f64().unwrap() - sum).abs() < 1e-12,
         "{all}"
     );
-    let none = told(&["0", "0", "0", "0"]);
+    let none = told(&["0", "0"]);
     let product: f64 = pushes.iter().map(|push| 1.0 - chance(push)).product();
     assert!(
         (none["so_few_p"].as_f64().unwrap() - product).abs() < 1e-12,
         "{none}"
     );
-    assert_eq!(
-        none["verdict"],
-        if product < 0.025 {
-            "worse"
-        } else {
-            "cannot-be-told"
-        }
-    );
+    assert_eq!(none["verdict"], "cannot-be-told", "{none}");
     assert_eq!(
         told(&["1"])["pushes"],
         1,
@@ -236,11 +231,12 @@ fn a_card_is_of_one_entrant_and_of_a_robot_that_takes_pushes() {
         assert!(error.contains(message), "{error}");
     };
     refused(&["--engine=both"], "a card is of one engine");
-    refused(&["--replicas=0"], "accepted: a whole number from 1 to");
-    refused(&["--set=push.height_m=9"], "push.height_m");
+    let none = standfast(dir.path(), &["card", "--replicas=0"]).code(2);
+    assert!(stderr(&none).contains("accepted: a whole number from 1 to"));
+    refused(&["--set=push.hight_m=0.1"], "push.hight_m");
     let dry = card(dir.path(), &["--dry-run"]).success();
     assert!(
-        stderr(&dry).contains("limits at 2 headings"),
+        stderr(&dry).contains("limits at 1 headings"),
         "{}",
         stderr(&dry)
     );

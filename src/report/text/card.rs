@@ -127,7 +127,7 @@ pub fn card(card: &Card, folder: &Path) -> String {
             cell(format!("{} ({least} to {most})", share(push.predicted))),
         ]);
     }
-    text += &format!("\n{}\n", table.text());
+    text += &format!("\n{}\n{}\n", table.title, table.text());
     text + &wrapped(
         "",
         &format!(
@@ -225,7 +225,7 @@ pub fn observed(observed: &Observed) -> String {
         ]);
     }
     table.note = "`rate` is the exact 95 % interval of the rate of survival.".into();
-    text + &format!("\n{}", table.text())
+    text + &format!("\n{}\n{}", table.title, table.text())
 }
 
 /// A probability with two digits, but not below 0.0001.
