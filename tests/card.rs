@@ -144,9 +144,9 @@ fn a_card_is_made_kept_and_compared_with_what_was_observed() {
 const WRITTEN: &str = r#"{
   "controller": "catch", "limits": { "robot": "ut-mu2" }, "pushes": [
   { "push": 1, "impulse_n_s": 4.5, "heading_deg": 0.0, "height_m": 0.0, "duration_s": 0.05, "predicted": 0.9,
-    "predicted_ci95": [0.8, 1.0], "slope": 20.0 },
+    "predicted_ci95": [0.8, 1.0], "lapse": 0.01, "slope": 20.0, "limit_n_s": 5.0 },
   { "push": 2, "impulse_n_s": 6.0, "heading_deg": 90.0, "height_m": 0.0, "duration_s": 0.05, "predicted": 0.5,
-    "predicted_ci95": [0.3, 0.7], "slope": 20.0 } ] }"#;
+    "predicted_ci95": [0.3, 0.7], "lapse": 0.01, "slope": 20.0, "limit_n_s": 6.0 } ] }"#;
 const HEAD: &str = "push,impulse_n_s,heading_deg,height_m,duration_s,predicted,observed\n";
 
 #[test]

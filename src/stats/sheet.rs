@@ -21,16 +21,33 @@ const HALVINGS: usize = 52;
 pub struct Chance {
     /// From 0 to 1, both excluded.
     pub predicted: f64,
+    /// The least chance of any push, and by how much the chance of any push is below 1.
+    pub lapse: f64,
     /// By how much the log odds of survival rise if the logarithm of the scale rises by 1.
     pub slope: f64,
+    /// Logarithm of the ratio of the limit to the impulse. It says how far a push is from the limit if its chance is so near
+    /// to the lapse that the chance does not.
+    pub below_limit: f64,
 }
 
 impl Chance {
-    /// The chance with another scale of the limits.
+    /// The chance with another scale of the limits: `lapse + (1 - 2 lapse) / (1 + exp(-odds))`, with log odds that rise by
+    /// the slope.
     pub fn at(self, scale: f64) -> f64 {
-        let odds = self.predicted / (1.0 - self.predicted);
-        let odds = odds.ln() + self.slope * scale.ln();
-        1.0 / (1.0 + (-odds).exp())
+        /// Shares without the lapse below which they say no more than that they are small.
+        const SMALL: f64 = 1e-3;
+        let share = (self.predicted - self.lapse) / (1.0 - 2.0 * self.lapse);
+        let by_limit = self.slope * self.below_limit;
+        let sure = (SMALL / (1.0 - SMALL)).ln();
+        let odds = if share < SMALL {
+            by_limit.min(sure)
+        } else if share > 1.0 - SMALL {
+            by_limit.max(-sure)
+        } else {
+            (share / (1.0 - share)).ln()
+        };
+        let odds = odds + self.slope * scale.ln();
+        self.lapse + (1.0 - 2.0 * self.lapse) / (1.0 + (-odds).exp())
     }
 }
 
@@ -147,7 +164,7 @@ fn log_likelihoods(chances: &[f64]) -> Vec<f64> {
     logs
 }
 
-/// Scales that are equally probable before anything was observed: from a half to twice, evenly in the logarithm.
+/// Scales that are equally probable before anything was observed: from 2/3 to 3/2, evenly in the logarithm.
 const SCALES: usize = 17;
 
 /// Chooses `count` of these pushes, at most `most_of_group` of each group, and returns their numbers in the order of the
@@ -155,7 +172,7 @@ const SCALES: usize = 17;
 /// `pushes` are chances with their groups. There may be fewer than asked for.
 pub fn most_telling(pushes: &[(Chance, usize)], count: usize, most_of_group: usize) -> Vec<usize> {
     let scales: [f64; SCALES] =
-        std::array::from_fn(|i| 2_f64.powf(2.0 * i as f64 / (SCALES - 1) as f64 - 1.0));
+        std::array::from_fn(|i| 1.5_f64.powf(2.0 * i as f64 / (SCALES - 1) as f64 - 1.0));
     let at_scales = |chance: Chance| scales.map(|scale| chance.at(scale));
     let mut chosen: Vec<usize> = Vec::new();
     // For each outcome of the chosen pushes, its probability at each scale.
@@ -210,7 +227,12 @@ mod tests {
     use statrs::distribution::{Binomial, Discrete};
 
     fn sheet(predicted: &[f64], slope: f64) -> Vec<Chance> {
-        let chance = |&predicted| Chance { predicted, slope };
+        let chance = |&predicted| Chance {
+            predicted,
+            lapse: 0.0,
+            slope,
+            below_limit: 0.0,
+        };
         predicted.iter().map(chance).collect()
     }
 
@@ -290,6 +312,30 @@ mod tests {
         assert!((found.scale_ci95[1].unwrap() - expected).abs() < 1e-9);
     }
 
+    /// A push at half of the limit that all replicas survive is still survived if the limit is a fifth lower.
+    #[test]
+    fn a_push_far_from_the_limit_needs_a_large_change_of_the_limit() {
+        let far = Chance {
+            predicted: 0.98,
+            lapse: 0.02,
+            slope: 20.0,
+            below_limit: 2.0_f64.ln(),
+        };
+        near(far.at(0.5), 0.5);
+        assert!(far.at(0.8) > 0.97 && far.at(0.4) < 0.05 && far.at(1.0) < 0.9801);
+        let beyond = Chance {
+            predicted: 0.02,
+            below_limit: -2.0_f64.ln(),
+            ..far
+        };
+        near(beyond.at(2.0), 0.5);
+        let inside = Chance {
+            predicted: 0.5,
+            ..far
+        };
+        near(inside.at(1.0), 0.5);
+    }
+
     /// The interval misses the truth in 5 % of sheets or fewer, whatever the scale.
     #[test]
     fn the_interval_holds_the_truth() {
@@ -334,7 +380,7 @@ mod tests {
         assert_eq!(most_telling(&pushes, 9, 1), [0, 3]);
         assert_eq!(most_telling(&pushes, 9, 9).len(), 4);
         // A second push at the same limit tells less than one at another impulse.
-        let pushes: Vec<(Chance, usize)> = sheet(&[0.5, 0.5, 0.03], 12.0)
+        let pushes: Vec<(Chance, usize)> = sheet(&[0.5, 0.5, 0.1], 30.0)
             .into_iter()
             .map(|chance| (chance, 0))
             .collect();

@@ -164,15 +164,21 @@ pub struct CardPush {
     /// believed. So it is never 0 or 1, and it allows for the small number of replicas.
     pub predicted: f64,
     pub predicted_ci95: [f64; 2],
+    /// Chance that is left however weak or hard a push is: that of no survival among the replicas.
+    pub lapse: f64,
     /// By how much the log odds of survival rise with the logarithm of the limit.
     pub slope: f64,
+    /// The limit at this heading (N s).
+    pub limit_n_s: f64,
 }
 
 impl CardPush {
     pub fn chance(&self) -> Chance {
         Chance {
             predicted: self.predicted,
+            lapse: self.lapse,
             slope: self.slope,
+            below_limit: (self.limit_n_s / self.impulse_n_s).ln(),
         }
     }
 }
@@ -380,9 +386,18 @@ impl<'a> CardSearch<'a> {
                     duration_s: self.campaign.push.duration_s.mean(),
                     predicted: 0.0,
                     predicted_ci95: [0.0, 1.0],
+                    lapse: 0.5 / (self.options.replicas as f64 + 1.0),
                     slope: slope(limit),
+                    limit_n_s: limit.impulse50_n_s,
                 };
-                candidates.push((push, by_limit(limit, impulse_n_s), group));
+                // By the limit and its slope alone.
+                let even = Chance {
+                    predicted: 0.5,
+                    ..push.chance()
+                };
+                let predicted = even.at(limit.impulse50_n_s / impulse_n_s);
+                let chance = Chance { predicted, ..even };
+                candidates.push((push, chance, group));
             }
         }
         let pushes = self.options.pushes;
@@ -571,20 +586,5 @@ fn slope(limit: &ControllerLimit) -> f64 {
         slope.clamp(SLOPES[0], SLOPES[1])
     } else {
         SLOPES[1]
-    }
-}
-
-/// The chance of survival by the limit and its slope alone.
-fn by_limit(limit: &ControllerLimit, impulse_n_s: f64) -> Chance {
-    let even = Chance {
-        predicted: 0.5,
-        slope: slope(limit),
-    };
-    Chance {
-        // None is as sure as the two logarithms of a chance need.
-        predicted: even
-            .at(limit.impulse50_n_s / impulse_n_s)
-            .clamp(1e-9, 1.0 - 1e-9),
-        ..even
     }
 }

@@ -266,7 +266,9 @@ mod tests {
             duration_s: 0.05,
             predicted: *predicted,
             predicted_ci95: [0.0, 1.0],
+            lapse: 0.001,
             slope,
+            limit_n_s: 5.0,
         };
         let pushes = predicted.iter().enumerate().map(push);
         pushes.zip(outcomes.iter().copied()).collect()
