@@ -3,6 +3,7 @@
 #[cfg(feature = "onnx")]
 mod adapters;
 mod baselines;
+mod card;
 mod ceiling;
 mod cli;
 mod common;

@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Commands that can check everything without running. For all other commands, only the options are checked.
-const CHECKED: [&str; 5] = ["run", "push", "limit", "ceiling", "tune"];
+const CHECKED: [&str; 6] = ["run", "push", "limit", "ceiling", "tune", "card"];
 /// Commands that first try whether the robot stands. This is left out here, because it would take most of the time.
-const TRYING: [&str; 4] = ["run", "limit", "ceiling", "tune"];
-const COMMANDS: [&str; 15] = [
-    "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi",
-    "model", "view", "slurm", "init", "tune",
+const TRYING: [&str; 5] = ["run", "limit", "ceiling", "tune", "card"];
+const COMMANDS: [&str; 16] = [
+    "card", "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check",
+    "cpi", "model", "view", "slurm", "init", "tune",
 ];
 
 fn root() -> PathBuf {

@@ -1,5 +1,5 @@
-//! What the searches of many jobs have in common (`limit`, `ceiling`): threads, shard and folder, how far they are, what is
-//! kept and what is missing.
+//! What the searches of many jobs have in common (`limit`, `ceiling`, `card`): threads, shard and folder, how far they
+//! are, what is kept and what is missing.
 
 use super::arguments::{MOST_THREADS, count};
 use super::interrupt::{STOP, say_what_is_kept};

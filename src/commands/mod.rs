@@ -6,6 +6,7 @@
 
 pub mod arguments;
 mod batch;
+mod card;
 mod ceiling;
 mod check;
 mod compare;
@@ -85,7 +86,7 @@ enum Chosen {
     Merge(merge::MergeArgs),
     /// Run a campaign as a job array on a Slurm cluster
     Slurm(slurm::SlurmArgs),
-    /// Compare two finished campaigns of the same pushes, trial by trial
+    /// Compare two campaigns of the same pushes, or hardware with its card
     Compare(compare::CompareArgs),
     /// Say which trials are missing (exit code 3 if any are)
     Status(status::StatusArgs),
@@ -101,6 +102,8 @@ enum Chosen {
     Limit(limit::LimitArgs),
     /// Find how many of the pushes that a controller loses can be caught
     Ceiling(ceiling::CeilingArgs),
+    /// Make a page for a lab: limits, what costs most, and what to try on hardware
+    Card(card::CardArgs),
     /// Search better numbers for a controller, and judge them by unseen trials
     Tune(tune::TuneArgs),
     /// Compute the maximal CPI sets of a gain set
@@ -199,6 +202,7 @@ fn run() -> Result<ExitCode> {
         Chosen::Check(args) => check::run(&args),
         Chosen::Limit(args) => limit::run(&args),
         Chosen::Ceiling(args) => ceiling::run(&args),
+        Chosen::Card(args) => card::run(&args),
         Chosen::Tune(args) => tune::run(&args),
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Model(args) => model::run(&args),

@@ -5,8 +5,8 @@ use standfast_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What there is to see in a folder, the best first: of a campaign or a comparison, of a `limit --dense`.
-const PAGES: [&str; 2] = ["report.html", "map.svg"];
+/// What there is to see in a folder, the best first: of a campaign or a comparison, of a card, of a `limit --dense`.
+const PAGES: [&str; 3] = ["report.html", "card.html", "map.svg"];
 const ENDINGS: [&str; 2] = ["html", "svg"];
 
 #[derive(Debug, clap::Args)]
@@ -16,7 +16,7 @@ const ENDINGS: [&str; 2] = ["html", "svg"];
 
 Where there is no display, only the path is printed.")]
 pub struct OpenArgs {
-    /// Result folder of `run`, `merge`, `compare` or `limit --dense`, or a page (.html or .svg)
+    /// Result folder of `run`, `merge`, `compare`, `limit --dense` or `card`, or a page (.html or .svg)
     #[arg(value_name = "DIR|FILE")]
     pub result: PathBuf,
 }

@@ -18,6 +18,7 @@
 //! 16. [`tuning`]: from a controller to a better one
 //! 17. [`baselines`]: what public policies survived, to compare yours with
 //! 18. [`published`]: pushes that others published, beside the pendulum bounds
+//! 19. [`card`]: one page for a lab, pushes to try on hardware, and whether hardware agrees
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -29,6 +30,7 @@ macro_rules! chapters {
         #[doc = "[README]: ../../../../../README.md"]
         #[doc = "[baselines]: crate::guide::baselines"]
         #[doc = "[campaigns]: crate::guide::campaigns"]
+        #[doc = "[card]: crate::guide::card"]
         #[doc = "[clusters]: crate::guide::clusters"]
         #[doc = "[commands]: crate::guide::commands"]
         #[doc = "[columns]: crate::guide::columns"]
@@ -84,4 +86,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning baselines published }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning baselines published card }

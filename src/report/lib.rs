@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 pub mod baselines;
+pub mod card_page;
 pub mod figure;
 #[cfg(test)]
 #[path = "../study/fixtures.rs"]

@@ -1,7 +1,8 @@
 //! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and how far
 //! they agree ([`kappa`]), the decision between two of several controllers ([`decision`]),
-//! success against impulse ([`curve`]), intervals that hold at any time ([`sequential`]), and the search for the impulse
-//! of 50 % recovery with few pushes ([`psychometric`]).
+//! success against impulse ([`curve`]), intervals that hold at any time ([`sequential`]), the search for the impulse
+//! of 50 % recovery with few pushes ([`psychometric`]), and whether a few pushes agree with what was predicted of them
+//! ([`sheet`]).
 
 #![forbid(unsafe_code)]
 
@@ -12,3 +13,4 @@ pub mod mcnemar;
 pub mod psychometric;
 pub mod rate;
 pub mod sequential;
+pub mod sheet;

@@ -2,7 +2,8 @@
 //! controller the number of trials from which it recovers. [`ask`] is what a campaign asks, [`plan`] reads the inputs,
 //! [`run`] runs the trials, [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the
 //! largest recoverable impulse, heading by heading, [`tune`] searches a better controller, and [`ceiling`] searches
-//! recoveries from the pushes that a controller loses. [`batch`] runs the jobs of these three.
+//! recoveries from the pushes that a controller loses. [`card`] tells a lab what to expect, and compares it with what was
+//! seen there. [`batch`] runs the jobs of these four.
 //!
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 
@@ -14,6 +15,7 @@ extern crate self as standfast_study;
 
 pub mod ask;
 pub mod batch;
+pub mod card;
 pub mod ceiling;
 pub mod cma_es;
 #[cfg(test)]

@@ -38,20 +38,13 @@ const JOINED: usize = 8;
 /// file cannot be written.
 pub fn write(path: &Path, limits: &Limits) -> Result<()> {
     let Limits {
-        robot,
-        campaign,
-        pendulum_bounds,
-        ..
+        robot, campaign, ..
     } = limits;
-    let headings = (0..360)
-        .step_by(BOUND_EVERY_DEG)
-        .map(|deg| pendulum_bounds.heading(deg as f64));
-    let bounds: Vec<Heading> = headings.collect();
     let heading = format!("Largest recoverable impulse by heading: {robot}, campaign {campaign}");
     super::write(
         path,
         &heading,
-        &[map(limits, &bounds), Panel::of_legend(&legend(limits))],
+        &[panel(limits), Panel::of_legend(&legend(limits))],
         2,
     )
 }
@@ -62,6 +55,19 @@ fn all(limits: &Limits) -> impl Iterator<Item = &ControllerLimit> {
         .headings
         .iter()
         .flat_map(|heading| &heading.controllers)
+}
+
+/// The picture without its legend.
+pub fn panel(limits: &Limits) -> Panel {
+    map(limits, &bounds(limits))
+}
+
+/// The pendulum bounds all around.
+fn bounds(limits: &Limits) -> Vec<Heading> {
+    let headings = (0..360).step_by(BOUND_EVERY_DEG);
+    headings
+        .map(|deg| limits.pendulum_bounds.heading(deg as f64))
+        .collect()
 }
 
 fn map(limits: &Limits, bounds: &[Heading]) -> Panel {

@@ -1,6 +1,7 @@
 //! Results as text for the terminal, and as JSON.
 
 mod campaign;
+pub mod card;
 pub mod ceiling;
 pub mod comparison;
 pub mod cpi;

@@ -183,7 +183,7 @@ pub struct SecondPushSpec {
 
 impl SecondPushSpec {
     /// No second push.
-    pub(super) fn none(units: &Units) -> Self {
+    pub(crate) fn none(units: &Units) -> Self {
         let [impulse_n_s, heading_deg, after_s] =
             [0.0, 0.0, 5.626 * units.time_s()].map(Distribution::Constant);
         Self {

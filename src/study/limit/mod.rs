@@ -13,7 +13,7 @@ use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::batch::{Batch, Jobs, SearchTask};
-use crate::limit::search::{LimitSearch, MAP_TO, is_random, pushed};
+use crate::limit::search::{LimitSearch, MAP_TO, is_random};
 use crate::plan::{Pool, PreparedCampaign, pool};
 use serde::Serialize;
 use serde_json::json;
@@ -27,6 +27,7 @@ use standfast_stats::psychometric::Rule;
 use std::time::Instant;
 
 pub use pendulum_bounds::{Heading, PendulumBounds};
+pub(crate) use search::pushed;
 pub use search::{ControllerLimit, FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, first_trial};
 
 /// Largest number of headings.
@@ -72,10 +73,10 @@ pub struct Searches<'a> {
     campaign: &'a Campaign,
     options: LimitOptions,
     precision_n_s: f64,
-    plan: PreparedCampaign,
+    pub(crate) plan: PreparedCampaign,
     pendulum_bounds: PendulumBounds,
     headings: Vec<Heading>,
-    pool: Pool,
+    pub(crate) pool: Pool,
     /// One for each heading and controller.
     pub jobs: Jobs,
 }
@@ -371,7 +372,7 @@ fn start_spread_s(campaign: &Campaign, factories: &[PreparedController]) -> f64 
 }
 
 /// Rounds a number to two digits.
-fn two_digits(x: f64) -> f64 {
+pub(crate) fn two_digits(x: f64) -> f64 {
     format!("{x:.1e}")
         .parse()
         .expect("a number that was written is read")
