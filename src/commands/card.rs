@@ -17,7 +17,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast card                          UT-mu2 with catch, some minutes
+  standfast card                          UT-mu2 with catch, ten minutes
   standfast card g1.urdf --controller mine.toml -o lab
   standfast card ut-mu2 --controller hold --trials 40       a quick look
   standfast compare --observed lab/observed.csv             after the experiment
