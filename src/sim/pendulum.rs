@@ -317,7 +317,7 @@ pub fn check_at_home(robot: &Robot, push: &Push, bob: &Bob) -> Result<(), [Strin
         .filter(|height_m| comes(*height_m).is_ok());
     let accepted = match good_m.next() {
         Some(least_m) => {
-            let most_m = good_m.last().unwrap_or(least_m);
+            let most_m = good_m.next_back().unwrap_or(least_m);
             format!("a height from {least_m:.3} to {most_m:.3}")
         }
         None => "another heading, point or bob: no height will do".into(),

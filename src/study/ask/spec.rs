@@ -736,6 +736,35 @@ pub(crate) mod tests {
         }
     }
 
+    #[test]
+    fn a_pendulum_takes_the_place_of_the_impulse() {
+        let set = "push.pendulum={mass_kg=3, rope_m=1.75, draw_m={uniform=[0.2, 1]}}";
+        let swung = campaign("nominal", &[set]);
+        for trial in 0..20 {
+            let push = crate::ask::trial::push(&swung, trial);
+            let draw_m = push.bob.unwrap().draw_m(push.impulse_n_s);
+            assert!((0.2..=1.0).contains(&draw_m), "{draw_m}");
+        }
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        let load = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Campaign::load(path.to_str().unwrap(), &Overrides::default())
+        };
+        let text = swung.to_toml().unwrap();
+        assert_eq!(load(&text).unwrap(), swung);
+        for (from, to, words) in [
+            ("[push]\n", "[push]\nimpulse = 1\n", "push.impulse_n_s = "),
+            ("mass_kg = 3", "mass_kg = 0", "push.pendulum.mass_kg = 0"),
+            ("1.0]", "2.0]", "push.pendulum.draw_m.uniform = 2"),
+            ("impulse_n_s = 0.0", "impulse_n_s = 1.0", "strikes once"),
+        ] {
+            assert!(text.contains(from), "{from} in {text}");
+            let error = load(&text.replace(from, to)).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
     /// It is the file from which people begin, and shows what a campaign that states nothing has.
     #[test]
     fn the_standard_campaign_states_the_default_settings_of_an_episode() {
