@@ -625,6 +625,7 @@ fn every_column_is_explained() {
             "--controller=catch",
             "--out=out",
             "--replays=0",
+            "--set=push.pendulum={mass_kg=1, rope_m=1.75, draw_m=0.2}",
         ],
     )
     .success();
@@ -632,7 +633,8 @@ fn every_column_is_explained() {
         dir.path(),
         &[
             "push",
-            "--impulse=5",
+            "--pendulum=3kg,1.75m",
+            "--draw=1",
             "--trace=t.csv",
             "--set=episode.horizon_s=1",
         ],

@@ -72,6 +72,46 @@ pub struct MotorsArgs {
     pub file: Option<String>,
 }
 
+/// A pendulum that pushes.
+#[derive(Debug, Default, Args)]
+pub struct PendulumArgs {
+    /// Push by a bob on a rope, such as 3kg,1.75m
+    #[arg(long = "pendulum", id = "pendulum", value_name = "MASS,ROPE", value_parser = mass_and_rope)]
+    stated: Option<[f64; 2]>,
+}
+
+impl PendulumArgs {
+    /// The change of a campaign by this pendulum with a drawback (m), if it is stated.
+    pub fn change(&self, draw_m: Option<f64>) -> Option<String> {
+        let draw = |draw_m: f64| format!("push.pendulum.draw_m={draw_m:?}");
+        let Some([mass_kg, rope_m]) = self.stated else {
+            return draw_m.map(draw);
+        };
+        // A search finds the drawback.
+        let draw_m = draw_m.unwrap_or(0.5 * rope_m);
+        Some(format!(
+            "push.pendulum={{mass_kg={mass_kg:?}, rope_m={rope_m:?}, draw_m={draw_m:?}}}"
+        ))
+    }
+
+    /// The option as it is to be typed again, after a space; empty if it is not stated.
+    pub fn option(&self) -> String {
+        self.stated.map_or_else(String::new, |[mass_kg, rope_m]| {
+            format!(" --pendulum {mass_kg}kg,{rope_m}m")
+        })
+    }
+}
+
+/// Reads mass (kg) and length of the rope (m) of a pendulum.
+fn mass_and_rope(text: &str) -> Result<[f64; 2], String> {
+    let read = |part: &str, unit: &str| part.trim().strip_suffix(unit)?.trim().parse().ok();
+    text.split_once(',')
+        .and_then(|(mass, rope)| Some([read(mass, "kg")?, read(rope, "m")?]))
+        .ok_or_else(|| {
+            "is no pendulum; accepted: mass and rope with their units, such as 3kg,1.75m".into()
+        })
+}
+
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {

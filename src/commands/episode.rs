@@ -137,23 +137,32 @@ impl Setting {
         let mut set = Vec::new();
         if !is_trial {
             let mut push = Push::first(&units);
+            let mut pendulum = None;
             if named.is_some() {
                 let stated = Campaign::load_for(&robot, name, &Overrides::default())?.push;
                 push.height_m = stated.height_m.mean();
                 push.duration_s = stated.duration_s.mean();
                 push.start_s = stated.start_s.mean();
                 push.profile = stated.profile;
+                pendulum = stated.pendulum;
             }
-            set = vec![
-                format!("push.impulse_n_s={:?}", push.impulse_n_s),
+            set = match pendulum {
+                Some(pendulum) => {
+                    vec![format!("push.pendulum.draw_m={:?}", pendulum.draw_m.mean())]
+                }
+                None => vec![
+                    format!("push.impulse_n_s={:?}", push.impulse_n_s),
+                    format!("push.duration_s={:?}", push.duration_s),
+                    format!("push.profile={}", push.profile.name()),
+                ],
+            };
+            set.extend([
                 format!("push.heading_deg={:?}", push.heading_deg),
                 format!("push.height_m={:?}", push.height_m),
-                format!("push.duration_s={:?}", push.duration_s),
                 format!("push.start_s={:?}", push.start_s),
-                format!("push.profile={}", push.profile.name()),
                 "second_push.impulse_n_s=0".into(),
                 "variations={}".into(),
-            ];
+            ]);
         }
         if named.is_none() {
             let horizon_s = three_digits(EpisodeConfig::of(&units).horizon_s);

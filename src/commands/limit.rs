@@ -1,7 +1,9 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
 //! the pendulum bounds.
 
-use super::arguments::{CampaignArgs, ChangeArgs, DryRunArgs, check_output, count, fine, number};
+use super::arguments::{
+    CampaignArgs, ChangeArgs, DryRunArgs, PendulumArgs, check_output, count, fine, number,
+};
 use super::batch::{BatchArgs, write_once};
 use super::episode::{Origin, OutputArgs, command_line, film, write_replay};
 use super::interrupt::stop_on_ctrl_c;
@@ -26,6 +28,7 @@ use std::process::ExitCode;
   standfast limit --campaign nominal            without noise and variations
   standfast limit --controller catch@rapier --controller catch@mujoco
   standfast limit --controller hold --headings 4 --precision 0.3   a quick look
+  standfast limit --campaign nominal --pendulum 3kg,1.75m    as D in metres
   standfast limit --campaign nominal --dense --out maps   every push, as a map
 
 For each controller and heading, an adaptive search (Bayesian, by least expected
@@ -58,6 +61,8 @@ pub struct LimitArgs {
     pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
+    #[command(flatten)]
+    pub pendulum: PendulumArgs,
     /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = count::<usize>(1..=MOST_HEADINGS as u64))]
     pub headings: usize,
@@ -88,7 +93,8 @@ pub struct LimitArgs {
 /// Searches the limits, prints them and writes them.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
-    let overrides = args.change.overrides();
+    let mut overrides = args.change.overrides();
+    overrides.set.extend(args.pendulum.change(None));
     let robot_files = Campaign::robot_files(name, &overrides)?;
     let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
     if let Some(path) = &args.plot {
@@ -123,7 +129,8 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     print(&if args.batch.json {
         as_json.clone()
     } else {
-        text::limits(&limits, &args.change.settings.options())
+        let changes = args.change.settings.options() + &args.pendulum.option();
+        text::limits(&limits, &changes)
     })?;
     if let Some(plot) = &args.plot {
         figure::limit::write(plot, &limits)?;

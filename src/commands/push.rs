@@ -1,8 +1,8 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{
-    CampaignArgs, DryRunArgs, ENGINES, MOST_SEED, MOST_TRIAL, MotorsArgs, count, fine, number,
-    one_of,
+    CampaignArgs, DryRunArgs, ENGINES, MOST_SEED, MOST_TRIAL, MotorsArgs, PendulumArgs, count,
+    fine, number, one_of,
 };
 use super::episode::{self, OutputArgs, Setting, command_line};
 use super::terminal::{note, print};
@@ -20,6 +20,7 @@ use std::process::ExitCode;
   standfast push --impulse 3 --heading -135 --controller hold
   standfast push --impulse 3.6 --controller paper  it has to step
   standfast push --set push.height_m=0.1           above the COM
+  standfast push --pendulum 3kg,1.75m --draw 0.3   by a bob on a rope
   standfast push --impulse 2 --plot push.svg       COM, ZMP and feet over time
   standfast push --impulse 2 --trace push.csv      every tick, as numbers
   standfast push --replay push.html                to watch in 3D in any browser
@@ -37,6 +38,11 @@ pub struct PushArgs {
     /// Impulse (N s) [default: 5, scaled to the robot]
     #[arg(long, value_name = "N_S", value_parser = number)]
     pub impulse: Option<f64>,
+    #[command(flatten)]
+    pub pendulum: PendulumArgs,
+    /// Distance (m) by which the bob of a pendulum is drawn back
+    #[arg(long, value_name = "M", value_parser = number, conflicts_with = "impulse")]
+    pub draw: Option<f64>,
     /// Heading (degrees): 0 is forward, 90 to the left [default: 0]
     #[arg(long, value_name = "DEG", value_parser = number)]
     pub heading: Option<f64>,
@@ -85,6 +91,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     for (key, value) in stated {
         set.extend(value.map(|value| format!("{key}={value:?}")));
     }
+    set.extend(args.pendulum.change(args.draw));
     let overrides = Overrides {
         set,
         seed: args.seed,

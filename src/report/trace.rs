@@ -19,7 +19,7 @@ pub struct Trace {
     phase: Vec<Option<String>>,
     /// The acting gain.
     gain: Vec<Option<String>>,
-    /// The [numbers](standfast_core::socket::Report::numbers) of the controller, by name.
+    /// The [numbers](standfast_core::socket::Report::numbers) of the controller and of a bob, by name.
     numbers: Vec<(String, Vec<Option<f64>>)>,
     /// Whether the tick lies after the verdict (1) or not (0).
     after_verdict: Vec<Option<i64>>,
@@ -35,6 +35,9 @@ const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s c
                     contact_force_x_n contact_force_y_n contact_force_z_n \
                     push_force_x_n push_force_y_n push_force_z_n \
                     zmp_x_m_est zmp_y_m_est trunk_tilt_deg dcm_outside_m";
+
+/// Names of the columns of a pendulum's bob.
+const BOB: [&str; 3] = ["bob_x_m", "bob_y_m", "bob_z_m"];
 
 impl Trace {
     pub fn new(robot: &Robot) -> Self {
@@ -120,7 +123,14 @@ impl Trace {
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(value);
         }
-        for (name, number) in report.numbers() {
+        let rope = truth
+            .strike
+            .as_ref()
+            .and_then(|strike| strike.rope_at(truth.time_s));
+        let bob = rope
+            .into_iter()
+            .flat_map(|[_, bob]| BOB.into_iter().zip([bob.x, bob.y, bob.z]));
+        for (name, number) in report.numbers().chain(bob) {
             let ticks = self.phase.len();
             let place = self
                 .numbers

@@ -3,12 +3,14 @@
 
 #![forbid(unsafe_code)]
 
+pub mod bob;
 pub mod contact;
 pub mod engine;
 pub mod episode;
 pub mod ground;
 pub mod meeting;
 pub mod noise;
+pub mod pendulum;
 pub mod physics;
 pub mod plant;
 pub mod push;
@@ -18,6 +20,7 @@ pub mod servo;
 mod similar;
 pub mod variation;
 
+pub use bob::Bob;
 pub use engine::{Engine, MUJOCO_VERSION};
 pub use ground::Ground;
 pub use meeting::{Meeting, Pairs};

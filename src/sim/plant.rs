@@ -2,6 +2,7 @@
 
 use super::contact::{ContactPart, WorldWrench};
 use super::meeting::{Meeting, Pairs};
+use super::pendulum::{Strike, Struck, pushed_point};
 use super::physics::Physics;
 use super::push::Push;
 use super::sensors::Sensors;
@@ -102,6 +103,8 @@ pub struct Truth {
     /// The pair of links that pressed on each other hardest in the past tick. Pairs of links of both legs go before
     /// others.
     pub meeting: Option<Meeting>,
+    /// The bob of the last push by a pendulum.
+    pub strike: Option<Strike>,
 }
 
 impl Truth {
@@ -126,6 +129,7 @@ impl Truth {
             tau: vec![0.0; joints],
             touching: None,
             meeting: None,
+            strike: None,
         }
     }
 
@@ -184,10 +188,7 @@ impl Plant {
         let com = kinematics.com();
         let pushed = robot.pushed;
         let pushed_body = physics.body(pushed.link);
-        let push_point = match pushed.point_m {
-            Some(point_m) => kinematics.link_pose(pushed.link) * point_m,
-            None => com,
-        };
+        let push_point = pushed_point(robot, &kinematics);
         let truth = Truth::at_rest(posture, com, ground.at(0.0));
         let mut plant = Self {
             robot: Arc::clone(robot),
@@ -316,6 +317,10 @@ impl Plant {
         let origin = self.physics.body(link) * self.push_origin;
         let mut sum = Vector3::zeros();
         for push in pushes {
+            if push.bob.is_some() {
+                sum += self.strike(push, origin * Point3::new(0.0, 0.0, push.height_m), from_s);
+                continue;
+            }
             let force = push.mean_force(from_s, from_s + self.clock.physics_step_s);
             if force != Vector3::zeros() {
                 self.apply(link, force, origin * Point3::new(0.0, 0.0, push.height_m));
@@ -327,6 +332,37 @@ impl Plant {
             sum += force;
         }
         sum
+    }
+
+    /// Moves the bob of a push through the next physics step, and returns its force on the robot (N). `aim` is the point at
+    /// which it is swung.
+    fn strike(&mut self, push: &Push, aim: Point3<f64>, from_s: f64) -> Vector3<f64> {
+        let Self {
+            physics,
+            robot,
+            clock,
+            kinematics,
+            truth,
+            ..
+        } = self;
+        let Some(bob) = push.bob else {
+            return Vector3::zeros();
+        };
+        physics.read(&mut truth.posture, &mut truth.velocity);
+        kinematics.update(robot, &truth.posture);
+        let strike = match &mut truth.strike {
+            Some(strike) if strike.is_of(push) => strike,
+            other => other.insert(Strike::new(push, bob, robot, kinematics, aim)),
+        };
+        let velocity = &truth.velocity;
+        let struck =
+            |link, point, normal| Struck::of(robot, kinematics, velocity, (link, point, normal));
+        let step_s = [from_s, from_s + clock.physics_step_s];
+        let Some(blow) = strike.advance(step_s, kinematics, aim, struck) else {
+            return Vector3::zeros();
+        };
+        self.apply(blow.link, blow.force, blow.point);
+        blow.force
     }
 
     /// Applies a force (N) to a link at a point in the world (m).

@@ -1,5 +1,6 @@
-//! Pushes: horizontal forces on a link for a short time.
+//! Pushes: horizontal forces on a link for a short time, or the bob of a pendulum that strikes the robot.
 
+use super::bob::Bob;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use standfast_core::robot::Units;
@@ -26,7 +27,8 @@ impl Profile {
 
 /// A push: a horizontal force on a link, the trunk unless [`PushPoint`](standfast_core::robot::PushPoint) says otherwise. Its
 /// line of action passes above or below the COM of the home posture, or a stated point, at the given height. The point where
-/// it acts moves with the link.
+/// it acts moves with the link. With a bob there is no such force: the bob comes along that line and touches the robot at
+/// `start_s`, with a momentum of `impulse_n_s`; the duration is one to plan with, and the profile has no meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Push {
@@ -39,6 +41,8 @@ pub struct Push {
     pub duration_s: f64,
     pub start_s: f64,
     pub profile: Profile,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bob: Option<Bob>,
 }
 
 impl Default for Push {
@@ -50,6 +54,7 @@ impl Default for Push {
             duration_s: 0.05,
             start_s: 0.5,
             profile: Profile::Rectangular,
+            bob: None,
         }
     }
 }

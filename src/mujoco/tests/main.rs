@@ -7,6 +7,8 @@ mod joint_losses;
 mod mjcf_files;
 #[path = "../../sim/tests/momentum.rs"]
 mod momentum;
+#[path = "../../sim/tests/pendulum.rs"]
+mod pendulum;
 #[path = "../../sim/tests/robot_dynamics.rs"]
 mod robot_dynamics;
 #[path = "../../sim/tests/standing.rs"]

@@ -101,8 +101,12 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     };
     let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
     let unit = sole_impulse(summary.units.impulse_n_s());
+    let how = match &push.pendulum {
+        Some(pendulum) => format!("{pendulum}: momentum"),
+        None => "impulse".into(),
+    };
     let mut pushed = format!(
-        "impulse {} N s ({unit}), heading {} deg{}",
+        "{how} {} N s ({unit}), heading {} deg{}",
         push.impulse_n_s,
         push.heading_deg,
         push.place()

@@ -87,6 +87,13 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         y.push_link
     );
     text += &wrapped("push:     ", &push);
+    if let Some(pendulum) = &limits.pendulum {
+        let bob = format!(
+            "a bob of {} kg on a rope of {} m; impulses are the momentum with which it strikes",
+            pendulum.mass_kg, pendulum.rope_m
+        );
+        text += &wrapped("pendulum: ", &bob);
+    }
     let columns = ["heading", "none", "one", "any"]
         .map(number)
         .into_iter()
@@ -146,6 +153,9 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         }
     }
     text += &format!("\n{}", table.text());
+    if limits.pendulum.is_some() {
+        text += &format!("\n{}", draws(limits).text());
+    }
     if y.height_factor < 1.0 {
         let factor = format!("it is the first times {:.3}.", y.height_factor);
         text += &wrapped(
@@ -201,6 +211,31 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     )
 }
 
+/// The drawbacks that the limits stand for, with the metric M of RoboCup's push recovery for each.
+fn draws(limits: &Limits) -> Table {
+    let columns = [number("heading"), words("controller")];
+    let numbers = ["D 50 % [m]", "momentum [N s]", "to the robot [N s]", "M"].map(number);
+    let mut table = Table::new("", columns.into_iter().chain(numbers));
+    for heading in &limits.headings {
+        for controller in &heading.controllers {
+            let Some(limit) = &controller.pendulum else {
+                continue;
+            };
+            let [low, high] = limit.draw50_ci95_m;
+            let transmitted = limit.transmitted_n_s;
+            table.row(texts([
+                format!("{:.1}", heading.heading_deg),
+                controller.name.clone(),
+                format!("{:.3} ({low:.3}-{high:.3})", limit.draw50_m),
+                n_s(limits, controller.impulse50_n_s),
+                transmitted.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s)),
+                format!("{:.3}", limit.robocup_m),
+            ]));
+        }
+    }
+    table
+}
+
 /// Whether the ankles limit the bounds.
 fn by_torque(heading: &Heading) -> bool {
     heading.limited_by != "soles"
@@ -230,8 +265,10 @@ fn checked(limits: &Limits, changes: &str) -> String {
     ];
     let [low, high] = [low, high].map(|n_s| format!("{:.*}", digits as usize, n_s / unit));
     let check = format!(
-        "{} recovers from this push at {:.1} degrees, and loses it with --impulse {high}:",
-        controller.name, heading.heading_deg
+        "{} recovers from this push at {:.1} degrees, and loses it with {}:",
+        controller.name,
+        heading.heading_deg,
+        hard(limits, &high)
     );
     let command = replay(
         limits,
@@ -340,8 +377,19 @@ fn replay(
     let plant = plant_options(robot, engine.title());
     format!(
         "standfast push --campaign {campaign} --seed {seed}{changes} --trial {trial} --controller {gains}{plant} \\\n  \
-         --impulse {impulse_n_s} --heading {heading_deg}"
+         {} --heading {heading_deg}",
+        hard(limits, &impulse_n_s.to_string())
     )
+}
+
+/// The option for the impulse in this text (N s): the drawback of a pendulum, or the impulse.
+fn hard(limits: &Limits, impulse_n_s: &str) -> String {
+    match (&limits.pendulum, impulse_n_s.parse()) {
+        (Some(pendulum), Ok(momentum_n_s)) => {
+            format!("--draw {:.4}", pendulum.bob().draw_m(momentum_n_s))
+        }
+        _ => format!("--impulse {impulse_n_s}"),
+    }
 }
 
 /// The impulse with 50 % recovery and its interval, and a mark if the interval is too wide.
@@ -405,6 +453,7 @@ pub mod tests {
             }),
             safe_trials: 25,
             none_above_n_s: Some(impulse50_n_s),
+            pendulum: None,
             none_above_trials: 36,
             map: Vec::new(),
             trials: 10,
@@ -443,6 +492,7 @@ pub mod tests {
             random: false,
             warnings: Vec::new(),
             episodes: 40,
+            pendulum: None,
             headings: [0.0, 180.0]
                 .into_iter()
                 .zip(impulses_n_s)

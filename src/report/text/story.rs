@@ -220,9 +220,18 @@ impl EpisodeReport<'_> {
                 Some(point) => format!("{point}, {at}"),
                 None => at,
             };
-            let course = match push.profile {
-                Profile::Rectangular => String::new(),
-                other => format!(", {}", other.name()),
+            let course = match (push.bob, push.profile) {
+                (Some(_), _) | (_, Profile::Rectangular) => String::new(),
+                (_, other) => format!(", {}", other.name()),
+            };
+            let by = match push.bob {
+                Some(bob) => format!(
+                    "by a bob of {} kg on {} m, drawn back by {} m,",
+                    short(bob.mass_kg, 4),
+                    short(bob.rope_m, 4),
+                    short(bob.draw_m(push.impulse_n_s), 4)
+                ),
+                None => format!("for {duration_s} s"),
             };
             let late = if came(push, record) {
                 ""
@@ -233,8 +242,22 @@ impl EpisodeReport<'_> {
             line(
                 "push",
                 format!(
-                    "{} ({dv}) for {duration_s} s from t = {start_s} s, {at}{course}{late}",
+                    "{} ({dv}) {by} from t = {start_s} s, {at}{course}{late}",
                     how_hard(push)
+                ),
+            );
+        }
+        if let [Some(impulse_n_s), Some(share), Some(peak_n), Some(width_s)] =
+            ["bob_impulse_n_s", "bob_share", "bob_peak_n", "bob_width_s"]
+                .map(|name| record.totals.get(name))
+        {
+            line(
+                "strike",
+                format!(
+                    "{impulse_n_s:.2} N s went to the robot, {:.0} % of what the bob had; up to {peak_n:.0} N, half of that or \
+                     more for {:.1} ms",
+                    100.0 * share,
+                    1e3 * width_s
                 ),
             );
         }

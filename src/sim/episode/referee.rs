@@ -4,6 +4,7 @@ use super::config::{Counts, EpisodeConfig, Judge, Until};
 use super::record::{Outcome, Record};
 use super::slip::Slip;
 use super::tick::{Failure, Tick, home_distance};
+use crate::pendulum::Strike;
 use crate::{Push, Truth};
 use standfast_core::robot::Robot;
 use std::sync::Arc;
@@ -194,7 +195,8 @@ impl Referee {
         if tick.dcm_outside_m.is_finite() {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
         }
-        for (name, total) in report.totals() {
+        let of_bob = truth.strike.iter().flat_map(Strike::totals);
+        for (name, total) in report.totals().chain(of_bob) {
             match record.totals.0.get_mut(name) {
                 Some(known) => *known = total,
                 None => _ = record.totals.0.insert(name.to_string(), total),

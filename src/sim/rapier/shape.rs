@@ -1,11 +1,11 @@
 //! The robot's shapes in Rapier.
 
-use super::convert::{pose_to_rapier, vec_to_rapier};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use super::convert::{pose_to_rapier, vec_from_rapier, vec_to_rapier};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::parry::query;
 use rapier3d::prelude::{Real, SharedShape};
-use standfast_core::robot::Shape;
 use standfast_core::robot::mesh::{Mesh, bounds};
+use standfast_core::robot::{Kinematics, Robot, Shape};
 
 pub fn placed(shape: &Shape, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     // The axis of cylinders and capsules is z in URDF, and y in Rapier.
@@ -99,10 +99,69 @@ pub fn gap_m(
         .map_or(f64::INFINITY, |gap| f64::from(gap.distance))
 }
 
+/// All solids of a robot, each with the index of its link and its pose in the frame of the link.
+#[derive(Debug)]
+pub struct Surface(Vec<(usize, SharedShape, Isometry3<f64>)>);
+
+/// The part of a robot that is nearest to a point: its link, its own nearest point, the direction from there to the outside, and
+/// the gap (m), which is negative for a point inside of the robot.
+pub struct Nearest {
+    pub link: usize,
+    pub point: Point3<f64>,
+    pub normal: Vector3<f64>,
+    pub gap_m: f64,
+}
+
+impl Surface {
+    pub fn of(robot: &Robot) -> Self {
+        let mut solids = Vec::new();
+        for (i, link) in robot.links.iter().enumerate() {
+            for solid in &link.collisions {
+                let (shape, pose) = placed(&solid.shape, solid.pose);
+                solids.push((i, shape, pose));
+            }
+        }
+        Self(solids)
+    }
+
+    /// The largest distance of a part of the robot from a point in the world, or a bit more (m).
+    pub fn farthest_m(&self, kinematics: &Kinematics, point: &Point3<f64>) -> f64 {
+        let mut farthest_m = 0.0_f64;
+        for (link, shape, pose) in &self.0 {
+            let sphere = shape.compute_local_bounding_sphere();
+            let center = Point3::from(vec_from_rapier(sphere.center()));
+            let center = kinematics.link_pose(*link) * pose * center;
+            farthest_m = farthest_m.max((center - point).norm() + f64::from(sphere.radius()));
+        }
+        farthest_m
+    }
+
+    /// What is nearest to a point in the world. It is None for a robot without solids, and for a point on a surface.
+    pub fn nearest(&self, kinematics: &Kinematics, point: &Point3<f64>) -> Option<Nearest> {
+        let mut nearest: Option<Nearest> = None;
+        for (link, shape, pose) in &self.0 {
+            let pose = kinematics.link_pose(*link) * pose;
+            let local = pose.inverse_transform_point(point);
+            let found = shape.project_local_point(vec_to_rapier(&local.coords), false);
+            let own = Point3::from(vec_from_rapier(found.point));
+            let sign = if found.is_inside { -1.0 } else { 1.0 };
+            let gap_m = sign * (local - own).norm();
+            if gap_m != 0.0 && nearest.as_ref().is_none_or(|known| gap_m < known.gap_m) {
+                nearest = Some(Nearest {
+                    link: *link,
+                    point: pose * own,
+                    normal: pose * ((local - own) / gap_m),
+                    gap_m,
+                });
+            }
+        }
+        nearest
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Point3;
     use std::sync::Arc;
 
     /// Gap between a shape and a small ball at a point (m).

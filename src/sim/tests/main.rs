@@ -8,6 +8,7 @@ mod joint_losses;
 mod live;
 mod momentum;
 mod no_allocation;
+mod pendulum;
 mod robot_dynamics;
 mod sensors;
 mod standing;

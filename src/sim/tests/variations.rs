@@ -14,6 +14,7 @@ const NONE: Push = Push {
     duration_s: 0.05,
     start_s: 0.0,
     profile: standfast_sim::Profile::Rectangular,
+    bob: None,
 };
 
 fn run(

@@ -1,12 +1,13 @@
 //! The distributions of pushes in a campaign: `[push]` and `[second_push]`.
 
-use crate::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits};
+use crate::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits, in_range};
 use crate::ask::distribution::Distribution;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{PushPoint, Robot, Units};
-use standfast_sim::{Profile, Push};
+use standfast_sim::pendulum::check_at_home;
+use standfast_sim::{Bob, Profile, Push};
 use std::fmt;
 
 /// Largest distance of a point from the origin of its link, in heights of the COM.
@@ -28,6 +29,98 @@ pub struct PushSpec {
     /// The point of the link on which it acts, from which `height_m` counts.
     #[serde(default)]
     pub point_m: PushedPoint,
+    /// The pendulum that pushes; None for a force. Impulse, duration and profile then [follow](Self::settle) from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pendulum: Option<PendulumSpec>,
+}
+
+/// `[push.pendulum]`: a bob on a rope that is drawn back horizontally and released, and comes as a [`Bob`] does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PendulumSpec {
+    pub mass_kg: f64,
+    pub rope_m: f64,
+    pub draw_m: Distribution,
+    #[serde(default = "of_bottle_m")]
+    pub radius_m: f64,
+    #[serde(default = "of_rig_n_m")]
+    pub stiffness_n_m: f64,
+    #[serde(default = "of_rig")]
+    pub restitution: f64,
+}
+
+/// Radius of a bottle with 2 kg of water (m).
+fn of_bottle_m() -> f64 {
+    0.08
+}
+
+/// Stiffness (N/m) and restitution of a padding with which strikes are as those that EUROBENCH's DysTurbance rig measured; the
+/// chapter `limits` of the guide compares them.
+fn of_rig_n_m() -> f64 {
+    9e4
+}
+
+fn of_rig() -> f64 {
+    0.5
+}
+
+/// The keys of a push that follow from its pendulum.
+pub(super) const OF_PENDULUM: [&str; 3] = ["impulse_n_s", "duration_s", "profile"];
+
+impl PendulumSpec {
+    pub fn bob(&self) -> Bob {
+        let Self {
+            mass_kg,
+            rope_m,
+            draw_m: _,
+            radius_m,
+            stiffness_n_m,
+            restitution,
+        } = *self;
+        Bob {
+            mass_kg,
+            rope_m,
+            radius_m,
+            stiffness_n_m,
+            restitution,
+        }
+    }
+
+    /// Accepted drawbacks (m).
+    pub(crate) fn draws_m(&self) -> [f64; 2] {
+        [0.0, self.rope_m]
+    }
+
+    fn check(&self, file: &str) -> Result<()> {
+        for (field, value, bounds) in [
+            ("mass_kg", self.mass_kg, [1e-3, 1e5]),
+            ("rope_m", self.rope_m, [0.05, 100.0]),
+            ("radius_m", self.radius_m, [1e-3, 10.0]),
+            ("stiffness_n_m", self.stiffness_n_m, [1.0, 1e9]),
+            ("restitution", self.restitution, [0.05, 1.0]),
+        ] {
+            in_range(file, &format!("push.pendulum.{field}"), value, bounds)?;
+        }
+        let checked = self
+            .draw_m
+            .check(file, "push.pendulum.draw_m", self.draws_m());
+        because(", the length of the rope", checked)
+    }
+}
+
+impl fmt::Display for PendulumSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            mass_kg,
+            rope_m,
+            draw_m,
+            ..
+        } = self;
+        write!(
+            f,
+            "bob of {mass_kg} kg on a rope of {rope_m} m, drawn back by {draw_m} m"
+        )
+    }
 }
 
 /// Words in a file for two links that every robot has.
@@ -81,6 +174,14 @@ impl PushSpec {
                 frame.link
             }
         };
+        let point_m = self.point_on(robot, file)?;
+        let point = PushPoint { link, point_m };
+        self.check_pendulum(robot, point, file)?;
+        Ok(point)
+    }
+
+    /// The stated point in the frame of a link of the robot (m); None for the COM at home.
+    fn point_on(&self, robot: &Robot, file: &str) -> Result<Option<Point3<f64>>> {
         let point_m = match self.point_m {
             PushedPoint::AtCom(_) => None,
             PushedPoint::Point(point) => {
@@ -103,7 +204,64 @@ impl PushSpec {
                 Some(pose * Point3::from(point))
             }
         };
-        Ok(PushPoint { link, point_m })
+        Ok(point_m)
+    }
+
+    /// Checks that a bob comes to the robot at home from the ends of the ranges of heading, height and drawback, and from the
+    /// middle of the headings.
+    fn check_pendulum(&self, robot: &Robot, point: PushPoint, file: &str) -> Result<()> {
+        let Some(pendulum) = &self.pendulum else {
+            return Ok(());
+        };
+        let robot = Robot {
+            pushed: point,
+            ..robot.clone()
+        };
+        let ends = |distribution: Distribution| match distribution {
+            Distribution::Uniform { uniform } => uniform,
+            other => [other.mean(); 2],
+        };
+        let bob = pendulum.bob();
+        for height_m in ends(self.height_m) {
+            for draw_m in ends(pendulum.draw_m) {
+                let [from_deg, to_deg] = ends(self.heading_deg);
+                for heading_deg in [from_deg, 0.5 * (from_deg + to_deg), to_deg] {
+                    let push = Push {
+                        heading_deg,
+                        height_m,
+                        impulse_n_s: bob.momentum_n_s(draw_m),
+                        bob: Some(bob),
+                        ..Push::default()
+                    };
+                    check_at_home(&robot, &push, &bob).map_err(|[problem, accepted]| {
+                        let problem = format!("towards {heading_deg} degrees {problem}");
+                        Error::value(file, "push.height_m", height_m, problem, accepted)
+                    })?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets what follows from the pendulum, if there is one: the momentum of the bob, and the duration and the course of its
+    /// strike on a free body with the mass of the robot, for plans and bounds.
+    pub(super) fn settle(&mut self, units: &Units) {
+        let Some(pendulum) = &self.pendulum else {
+            return;
+        };
+        let bob = pendulum.bob();
+        let of = |draw_m: f64| bob.momentum_n_s(draw_m);
+        self.impulse_n_s = match pendulum.draw_m {
+            Distribution::Constant(draw_m) => Distribution::Constant(of(draw_m)),
+            Distribution::Uniform { uniform } => Distribution::Uniform {
+                uniform: uniform.map(of),
+            },
+            Distribution::Normal { normal: [mean, sd] } => Distribution::Normal {
+                normal: [of(mean), of(sd)],
+            },
+        };
+        self.duration_s = Distribution::Constant(bob.contact_s(units.mass_kg));
+        self.profile = Profile::HalfSine;
     }
 
     /// From what `height_m` counts.
@@ -135,6 +293,7 @@ impl PushSpec {
             duration_s,
             start_s,
             profile,
+            bob: _,
         } = Push::of(units);
         let [impulse_n_s, heading_deg, height_m, duration_s, start_s] =
             [impulse_n_s, heading_deg, height_m, duration_s, start_s].map(Distribution::Constant);
@@ -147,11 +306,15 @@ impl PushSpec {
             profile,
             link: on_trunk(),
             point_m: PushedPoint::default(),
+            pendulum: None,
         }
     }
 
     pub(crate) fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
         let bounds = PushBounds::new(horizon_s);
+        if let Some(pendulum) = &self.pendulum {
+            pendulum.check(file)?;
+        }
         self.impulse_n_s
             .check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
         self.heading_deg
@@ -218,6 +381,16 @@ impl SecondPushSpec {
     pub(crate) fn check(&self, file: &str, push: &PushSpec, horizon_s: f64) -> Result<()> {
         if !self.is_any() {
             return Ok(());
+        }
+        if push.pendulum.is_some() {
+            let problem = "a pendulum strikes once";
+            return Err(Error::value(
+                file,
+                "second_push",
+                self,
+                problem,
+                "no second push beside push.pendulum",
+            ));
         }
         let bounds = PushBounds::new(horizon_s);
         self.impulse_n_s

@@ -5,7 +5,7 @@ use crate::ask::distribution::FORMS;
 use crate::ask::entrant::Entrant;
 use crate::ask::gate::GateSpec;
 use crate::ask::measures::{Measures, keys_in_file, with_relative_keys};
-use crate::ask::push::{PushSpec, SecondPushSpec};
+use crate::ask::push::{OF_PENDULUM, PushSpec, SecondPushSpec};
 use crate::ask::variations::{self, VariationSpec};
 use serde::{Deserialize, Serialize};
 use standfast_controllers::variant::{self, ControllerName};
@@ -326,6 +326,7 @@ impl Campaign {
                 accepted,
             ));
         }
+        check_pendulum(&asked, file)?;
         merge(&mut campaign, asked);
         let mut missing: Vec<&str> = NEEDED
             .into_iter()
@@ -333,9 +334,9 @@ impl Campaign {
             .collect();
         let is_pushed = campaign["push"]
             .as_table()
-            .is_none_or(|push| push.contains_key("impulse_n_s"));
+            .is_none_or(|push| push.contains_key("impulse_n_s") || push.contains_key("pendulum"));
         missing.extend((!is_pushed).then_some("push.impulse"));
-        campaign.try_into().map_err(|e: toml::de::Error| {
+        Self::complete(campaign, &measures.units).map_err(|e| {
             let mut message = with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  ");
             if missing.len() > 1 && message.starts_with("missing field") {
                 message = format!("missing fields: {}", missing.join(", "));
@@ -348,6 +349,18 @@ impl Campaign {
                 message,
             }
         })
+    }
+
+    /// The campaign with all keys of this table. Impulse, duration and course of a push by a pendulum follow from the others.
+    fn complete(mut table: Table, units: &Units) -> Result<Campaign, toml::de::Error> {
+        if let Some(push) = table.get_mut("push").and_then(toml::Value::as_table_mut)
+            && push.contains_key("pendulum")
+        {
+            push.insert("impulse_n_s".into(), 0.0.into());
+        }
+        let mut campaign: Campaign = table.try_into()?;
+        campaign.push.settle(units);
+        Ok(campaign)
     }
 
     /// The defaults of a campaign for a robot with these units. Some keys have no default: they must be in the file.
@@ -433,7 +446,14 @@ impl Campaign {
             ));
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
-        let mut root = self.table()?.into();
+        let mut root: toml::Value = self.table()?.into();
+        // A pendulum is the only table that a campaign may lack.
+        if let (PENDULUM, Some(push)) = (
+            key,
+            root.get_mut("push").and_then(toml::Value::as_table_mut),
+        ) {
+            push.insert("pendulum".into(), Table::new().into());
+        }
         let at = assets::place(&mut root, &si_key).map_err(|missing| {
             Error::value(
                 "--set",
@@ -459,7 +479,7 @@ impl Campaign {
             unreachable!("a table")
         };
         merge(&mut usual, changed);
-        usual.try_into::<Campaign>().map_err(|e| {
+        Self::complete(usual, &self.units).map_err(|e| {
             let message = with_relative_keys(e.message().trim_end());
             let message = message.as_str();
             // The error of a quantity lists the accepted forms, whatever the present value is.
@@ -500,6 +520,11 @@ impl Campaign {
     fn table(&self) -> Result<Table> {
         let mut table = Table::try_from(self).map_err(not_toml)?;
         table.remove("units");
+        if let (Some(_), Some(push)) = (&self.push.pendulum, table["push"].as_table_mut()) {
+            for key in OF_PENDULUM {
+                push.remove(key);
+            }
+        }
         Ok(table)
     }
 
@@ -627,6 +652,33 @@ impl Campaign {
     }
 }
 
+/// The dotted key of a pendulum.
+const PENDULUM: &str = "push.pendulum";
+
+/// Fails if a file states, beside a pendulum, what follows from it.
+fn check_pendulum(asked: &Table, file: &str) -> Result<()> {
+    let Some(push) = asked.get("push").and_then(toml::Value::as_table) else {
+        return Ok(());
+    };
+    let stated = OF_PENDULUM
+        .into_iter()
+        .find_map(|key| Some((key, push.get(key)?)));
+    match stated.filter(|_| push.contains_key("pendulum")) {
+        Some((key, value)) => {
+            let problem = "follows from push.pendulum";
+            let accepted = "one of the two";
+            Err(Error::value(
+                file,
+                format!("push.{key}"),
+                value,
+                problem,
+                accepted,
+            ))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Line and column, in the file of a campaign, of an error that was found after the quantities had been converted to SI
 /// units. It is None if the error is about a missing key.
 fn place_of(error: &toml::de::Error, source: &Source) -> Option<(usize, usize)> {
@@ -681,6 +733,35 @@ pub(crate) mod tests {
                 Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap(),
                 campaign
             );
+        }
+    }
+
+    #[test]
+    fn a_pendulum_takes_the_place_of_the_impulse() {
+        let set = "push.pendulum={mass_kg=3, rope_m=1.75, draw_m={uniform=[0.2, 1]}}";
+        let swung = campaign("nominal", &[set]);
+        for trial in 0..20 {
+            let push = crate::ask::trial::push(&swung, trial);
+            let draw_m = push.bob.unwrap().draw_m(push.impulse_n_s);
+            assert!((0.2..=1.0).contains(&draw_m), "{draw_m}");
+        }
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        let load = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Campaign::load(path.to_str().unwrap(), &Overrides::default())
+        };
+        let text = swung.to_toml().unwrap();
+        assert_eq!(load(&text).unwrap(), swung);
+        for (from, to, words) in [
+            ("[push]\n", "[push]\nimpulse = 1\n", "push.impulse_n_s = "),
+            ("mass_kg = 3", "mass_kg = 0", "push.pendulum.mass_kg = 0"),
+            ("1.0]", "2.0]", "push.pendulum.draw_m.uniform = 2"),
+            ("impulse_n_s = 0.0", "impulse_n_s = 1.0", "strikes once"),
+        ] {
+            assert!(text.contains(from), "{from} in {text}");
+            let error = load(&text.replace(from, to)).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
         }
     }
 

@@ -64,13 +64,22 @@ pub fn push(campaign: &Campaign, trial: u64) -> Push {
             &mut stream(campaign.seed, trial, quantity),
         )
     };
+    let impulse_n_s = match &spec.pendulum {
+        // The drawback takes the place of the impulse.
+        Some(pendulum) => {
+            let draw_m = draw(pendulum.draw_m, pendulum.draws_m(), IMPULSE);
+            pendulum.bob().momentum_n_s(draw_m)
+        }
+        None => draw(spec.impulse_n_s, bounds.impulse_n_s, IMPULSE),
+    };
     Push {
-        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, IMPULSE),
+        impulse_n_s,
         heading_deg: draw(spec.heading_deg, bounds.heading_deg, HEADING),
         height_m: draw(spec.height_m, bounds.height_m, HEIGHT),
         duration_s: draw(spec.duration_s, bounds.duration_s, DURATION),
         start_s: draw(spec.start_s, bounds.start_s, START),
         profile: spec.profile,
+        bob: spec.pendulum.map(|pendulum| pendulum.bob()),
     }
 }
 

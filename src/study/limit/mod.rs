@@ -10,6 +10,7 @@ mod pendulum_bounds;
 mod search;
 
 use crate::ask::bounds::in_range;
+use crate::ask::push::PendulumSpec;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::batch::{Batch, Jobs, SearchTask};
@@ -28,7 +29,9 @@ use std::time::Instant;
 
 pub use pendulum_bounds::{Heading, PendulumBounds};
 pub(crate) use search::pushed;
-pub use search::{ControllerLimit, FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, first_trial};
+pub use search::{
+    ControllerLimit, FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, PendulumLimit, first_trial,
+};
 
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
@@ -105,6 +108,9 @@ pub struct Limits {
     pub warnings: Vec<String>,
     /// Number of episodes in all searches.
     pub episodes: u64,
+    /// The pendulum that pushes; None for a force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pendulum: Option<PendulumSpec>,
     #[serde(flatten)]
     pub pendulum_bounds: PendulumBounds,
     pub headings: Vec<Heading>,
@@ -262,6 +268,10 @@ impl<'a> Searches<'a> {
         let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
         let controllers = &plan.manifest.controllers;
         let random = is_random(campaign);
+        let pendulum = campaign.push.pendulum;
+        let possible_n_s = pendulum.map_or(f64::INFINITY, |pendulum| {
+            pendulum.bob().momentum_n_s(pendulum.rope_m)
+        });
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         if !batch.lacks(&self.jobs).is_empty() {
             let factories = self.controllers()?;
@@ -276,7 +286,8 @@ impl<'a> Searches<'a> {
                 };
                 let rule = Rule {
                     most_n_s: (BEYOND_THE_BOUND * heading.with_steps_n_s())
-                        .max(10.0 * precision_n_s),
+                        .max(10.0 * precision_n_s)
+                        .min(possible_n_s),
                     precision_n_s,
                     max_trials: options.max_trials,
                     random: random || start_spread_s > 0.0,
@@ -293,6 +304,7 @@ impl<'a> Searches<'a> {
                     replicas: options.replicas,
                     sector_deg,
                     is_dense: options.is_dense,
+                    possible_n_s,
                     batch,
                 }
                 .run(rule)
@@ -331,6 +343,7 @@ impl<'a> Searches<'a> {
                 .flat_map(|heading| &heading.controllers)
                 .map(ControllerLimit::episodes)
                 .sum(),
+            pendulum,
             pendulum_bounds: pendulum_bounds.clone(),
             headings,
         }))

@@ -1,15 +1,17 @@
 //! The search at one heading with one controller, by trials of the campaign with another impulse and heading of the
 //! push.
 
+use crate::ask::push::PendulumSpec;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::batch::Batch;
 use crate::plan::PreparedCampaign;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use standfast_core::error::Result;
+use standfast_core::robot::Units;
 use standfast_core::socket::PreparedController;
-use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome};
-use standfast_stats::psychometric::{Posterior, Rule};
+use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome, Record};
+use standfast_stats::psychometric::{ImpulseEstimate, Posterior, Rule};
 
 /// Result for one controller at one heading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,6 +31,9 @@ pub struct ControllerLimit {
     pub of_one_step_bound: Option<f64>,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
+    /// What the limit is for a pendulum, whose momentum is the impulse; None for a force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pendulum: Option<PendulumLimit>,
     /// The largest impulse of the grid up to which nothing was lost; None if there was no search for the first loss.
     pub safe_n_s: Option<f64>,
     /// The largest impulse from which the robot recovered; None if there was no search above the limit, which ends where
@@ -51,6 +56,19 @@ pub struct ControllerLimit {
     pub timed_out: u64,
     pub diverged: u64,
     pub failed: u64,
+}
+
+/// The limit of a push by a pendulum.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PendulumLimit {
+    /// Drawback with 50 % recovery (m), and its 95 % interval.
+    pub draw50_m: f64,
+    pub draw50_ci95_m: [f64; 2],
+    /// Impulse on the robot from that drawback (N s), in the first trial of the search; None if the robot fell before.
+    pub transmitted_n_s: Option<f64>,
+    /// Ranking metric of RoboCup's push recovery at the drawback: sqrt(H) / h_c * m_B / m_R * h_i / h_c, with the height H
+    /// (m) from which the bob falls, its mass m_B and height h_i at the strike, and mass m_R and COM height h_c of the robot.
+    pub robocup_m: f64,
 }
 
 /// A push that was lost, exactly as `standfast push` can repeat it.
@@ -189,6 +207,8 @@ pub(super) struct LimitSearch<'a> {
     pub sector_deg: f64,
     /// Whether to try every impulse, for a map.
     pub is_dense: bool,
+    /// Largest impulse that there can be (N s): infinite, or that of a pendulum.
+    pub possible_n_s: f64,
     pub batch: &'a Batch<'a>,
 }
 
@@ -221,11 +241,15 @@ impl LimitSearch<'_> {
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
         let above = self.above(impulse50.at_n_s)?;
         let map = if self.is_dense {
-            self.map(grid_n_s, MAP_TO * impulse50.at_n_s)?
+            self.map(grid_n_s, self.possible_n_s.min(MAP_TO * impulse50.at_n_s))?
         } else {
             Vec::new()
         };
         let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
+        let pendulum = match &self.campaign.push.pendulum {
+            Some(pendulum) => Some(self.of_pendulum(pendulum, &impulse50)?),
+            None => None,
+        };
         Ok(ControllerLimit {
             name: self.plan.manifest.controllers[self.controller].clone(),
             impulse50_n_s: impulse50.at_n_s,
@@ -239,6 +263,7 @@ impl LimitSearch<'_> {
                 .bound_one_step_n_s
                 .map(|bound_n_s| impulse50.at_n_s / bound_n_s),
             resolved: posterior.is_resolved(),
+            pendulum,
             safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
             none_above_n_s: (self.replicas > 0)
                 .then_some(none_above_n_s.max(above.none_above_n_s).max(safe.up_to_n_s)),
@@ -253,6 +278,32 @@ impl LimitSearch<'_> {
             timed_out,
             diverged,
             failed,
+        })
+    }
+
+    /// What the limit is for a pendulum.
+    fn of_pendulum(
+        &self,
+        pendulum: &PendulumSpec,
+        limit: &ImpulseEstimate,
+    ) -> Result<PendulumLimit> {
+        let (bob, heading_deg) = (pendulum.bob(), self.heading_deg);
+        let trial = first_trial(heading_deg);
+        let disturbance = pushed(self.campaign, trial, limit.at_n_s, heading_deg, 0.0);
+        let Units {
+            mass_kg,
+            length_m: height_m,
+            ..
+        } = self.campaign.units;
+        let strike_m = height_m + disturbance.pushes[0].height_m;
+        let totals = self.record(disturbance)?.totals;
+        let fall_m = bob.fall_m(bob.draw_m(limit.at_n_s));
+        let share = bob.mass_kg / mass_kg;
+        Ok(PendulumLimit {
+            robocup_m: fall_m.sqrt() / height_m * share * strike_m / height_m,
+            draw50_m: bob.draw_m(limit.at_n_s),
+            draw50_ci95_m: limit.ci95.map(|n_s| bob.draw_m(n_s)),
+            transmitted_n_s: totals.get("bob_impulse_n_s"),
         })
     }
 
@@ -335,7 +386,8 @@ impl LimitSearch<'_> {
         };
         let (mut impulse_n_s, mut lost) = (from_n_s, 0);
         for point in 0..MOST_ABOVE {
-            if lost >= ABOVE_LOST || self.replicas == 0 || impulse_n_s <= 0.0 {
+            let is_possible = impulse_n_s > 0.0 && impulse_n_s <= self.possible_n_s;
+            if lost >= ABOVE_LOST || self.replicas == 0 || !is_possible {
                 break;
             }
             lost += 1;
@@ -377,18 +429,21 @@ impl LimitSearch<'_> {
         Ok(map)
     }
 
-    /// Fails if the searches are to stop.
     fn outcome(&self, disturbance: Disturbance) -> Result<Outcome> {
+        Ok(self.record(disturbance)?.outcome)
+    }
+
+    /// Fails if the searches are to stop.
+    fn record(&self, disturbance: Disturbance) -> Result<Record> {
         self.batch.go_on()?;
-        let outcome = self.plan.records(
+        let mut records = self.plan.records(
             self.factories,
             self.opening,
             disturbance,
             &[self.controller],
-        )?[0]
-            .outcome;
+        )?;
         (self.batch.on_episode)();
-        Ok(outcome)
+        Ok(records.remove(0))
     }
 }
 

@@ -27,8 +27,8 @@ use standfast_core::socket::PreparedController;
 use standfast_files::assets::{self, InputKind};
 use standfast_files::sha256_hex;
 use standfast_robots::urdf::Files;
-use standfast_sim::Engine;
 use standfast_sim::episode::EpisodeConfig;
+use standfast_sim::{Engine, pendulum};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
@@ -117,6 +117,13 @@ impl PreparedCampaign {
             entrants
                 .iter()
                 .flat_map(|(controller, _)| controller.totals())
+                .chain(
+                    campaign
+                        .push
+                        .pendulum
+                        .iter()
+                        .flat_map(|_| &pendulum::TOTALS),
+                )
                 .map(|total| total.to_string()),
         );
         let mut manifest = Manifest {

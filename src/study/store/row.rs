@@ -93,6 +93,7 @@ impl TrialRow {
             duration_s,
             start_s,
             profile: _,
+            bob: _,
         } = self.push;
         let SecondPush {
             second_impulse_n_s,
@@ -323,6 +324,8 @@ impl TrialRow {
             duration_s,
             start_s,
             profile,
+            // The same in all trials; the campaign states it.
+            bob: _,
         } = push;
         let mut cells = vec![
             ("trial", Trial(trial)),
