@@ -51,16 +51,13 @@ fn robot_with(from: &str, to: &str, folder: &Path) -> PathBuf {
 fn a_packed_result_is_a_baseline_without_files_of_robot_and_controllers() {
     let dir = packed();
     let kept: Vec<String> = files(&dir.path().join("packed")).into_keys().collect();
-    assert_eq!(
-        kept,
-        [
-            "parts/campaign.json",
-            "parts/part-000000.parquet",
-            "parts/robot.json"
-        ]
-    );
+    assert_eq!(kept, ["parts/campaign.json", "parts/part-000000.parquet"]);
     // The pushes are those of the packed result, although the campaign has others.
-    let run = standfast(dir.path(), &beside(&["--json"])).success();
+    let run = standfast(
+        dir.path(),
+        &beside(&["--json", "--gate=hold >= baseline - 0.2"]),
+    )
+    .success();
     let said = stderr(&run);
     assert!(
         said.contains("the robot is that of packed: all its"),
@@ -75,6 +72,7 @@ fn a_packed_result_is_a_baseline_without_files_of_robot_and_controllers() {
         .collect();
     assert_eq!(names, ["hold", "fixed", "hold (packed)"]);
     assert_eq!(found["trials"], 26);
+    assert!(dir.path().join("new/beside/report.html").is_file());
     let pairs = found["pairs"].as_array().unwrap();
     let own = pairs
         .iter()
@@ -84,9 +82,10 @@ fn a_packed_result_is_a_baseline_without_files_of_robot_and_controllers() {
                 .all(|name| name.as_str().unwrap().starts_with("hold"))
         })
         .unwrap();
-    assert_eq!((pairs.len(), &own["discordant"]), (2, &0.into()));
-    let place =
-        "hold is number 1 of 2 by its rate: not told apart from hold (packed). fixed is number ";
+    // The pair of ours, and each of ours with the packed one.
+    assert_eq!((pairs.len(), &own["discordant"]), (3, &0.into()));
+    assert_eq!(found["gates"].as_array().unwrap().len(), 1);
+    let place = "Among the 1 of packed, hold would be number 1 by its rate: not told apart from hold (packed). Among";
     let headline = found["headline"].as_str().unwrap();
     assert!(headline.starts_with(place), "{headline}");
     // It can be compared later, too, and printed, but not replayed.
@@ -99,8 +98,22 @@ fn a_packed_result_is_a_baseline_without_files_of_robot_and_controllers() {
     let page = fs::read_to_string(dir.path().join("page/report.html")).unwrap();
     assert!(page.contains("has no files of hold to replay trial"));
     standfast(dir.path(), &["status", "packed", "--full"]).success();
-    let replay = ["push", "--campaign=packed/campaign.toml", "--trial=0"];
-    standfast(dir.path(), &replay).code(2);
+    let replay = standfast(dir.path(), &["replay", "packed", "--trial=0"]).code(3);
+    assert!(
+        stderr(&replay).contains("it cannot be replayed"),
+        "{}",
+        stderr(&replay)
+    );
+    let merge = standfast(dir.path(), &["merge", "packed"]).code(3);
+    assert!(
+        stderr(&merge).contains("it cannot be merged again"),
+        "{}",
+        stderr(&merge)
+    );
+    // A folder comes before what is compiled in.
+    fs::rename(dir.path().join("packed"), dir.path().join("h1-public")).unwrap();
+    let status = standfast(dir.path(), &["status", "h1-public", "--full"]).success();
+    assert!(stdout(&status).contains("26 trials"), "{}", stdout(&status));
 }
 
 #[test]
@@ -138,6 +151,11 @@ fn a_baseline_of_other_trials_or_engines_and_a_taken_folder_are_refused() {
         (&["--set=push.height_m=0.01"][..], 3, "push.height_m is"),
         (&["--seed=9"], 3, "seed is 1 there and 9 here"),
         (&["--baseline=g2-public"], 3, "one of g1-public, h1-public"),
+        (
+            &["--until-resolved"],
+            2,
+            "beside a packed baseline all trials are run",
+        ),
     ] {
         let args = beside(more);
         let args: Vec<&str> = match more[0].starts_with("--baseline") {
@@ -155,7 +173,8 @@ fn a_baseline_of_other_trials_or_engines_and_a_taken_folder_are_refused() {
         );
         assert!(!dir.path().join("new").exists(), "{more:?} wrote something");
     }
-    let again = ["merge", "packed", "--replays=0", "--pack=packed"];
+    standfast(dir.path(), &short(&["--trials=1"])).success();
+    let again = ["merge", "out", "--replays=0", "--pack=packed"];
     let run = standfast(dir.path(), &again).code(3);
     assert!(
         stderr(&run).contains("a new or an empty folder"),
@@ -194,11 +213,10 @@ fn a_run_in_one_engine_is_compared_with_the_entrants_in_that_engine() {
             .map(|own| own["name"].as_str().unwrap())
             .collect();
         assert_eq!(names, expected);
-        // Each of ours has a pair in its engine, and none in the other.
-        assert_eq!(
-            found["pairs"].as_array().unwrap().len(),
-            expected.len() * 2 / 3
-        );
+        // Each of ours has a pair with each other one of ours, and with the packed one in its engine.
+        let own = expected.len() * 2 / 3;
+        let pairs = found["pairs"].as_array().unwrap().len();
+        assert_eq!(pairs, own * (own - 1) / 2 + own);
         fs::remove_dir_all(dir.path().join("new")).unwrap();
     }
 }

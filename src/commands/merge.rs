@@ -37,6 +37,7 @@ pub struct MergeArgs {
 
 pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(&args.dir)?;
+    folder.refuse_packed("merged again")?;
     folder.manifest.campaign.gates.add(&args.gates.gate);
     let gates = gates_of(&folder, &args.gates)?;
     let _claim = Claim::of(&folder, Access::Exclusive, || Ok(()))?;

@@ -45,12 +45,21 @@ pub struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// The text to print of the result in `folder`. It fails if it cannot be compared with the baseline.
+    /// The text to print of the result in `folder`. Beside a baseline it is that of the comparison, whose report is written
+    /// to the folder `beside` there. It fails if the two cannot be compared, or if that folder is not writable.
     fn text(&self, summary: &Summary, folder: &Folder) -> Result<String> {
         let Some(baseline) = self.baseline else {
             return Ok(self.printing.of(summary, &folder.path));
         };
-        let comparison = Comparison::new(folder, baseline, &[])?;
+        let mut comparison = Comparison::new(folder, baseline, &[])?;
+        let beside = folder.path.join("beside");
+        result::write(&comparison.write(&beside)?, &comparison.rows, &beside)?;
+        note(&result::written(
+            &beside,
+            &["summary.json", "trials.parquet"],
+        ));
+        comparison.summary.gates.clone_from(&summary.gates);
+        comparison.summary.baseline.clone_from(&summary.baseline);
         Ok(self.printing.of(&comparison.summary, Path::new("")))
     }
 }

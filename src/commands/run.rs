@@ -104,7 +104,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         tell("warning: ", &warning);
     }
     if let Some(baseline) = &baseline {
-        say_whether_robots_are_alike(&plan, baseline)?;
+        say_what_is_compared(&plan, baseline)?;
     }
     stop_on_ctrl_c();
     let options = RunOptions {
@@ -194,6 +194,15 @@ impl RunArgs {
     fn check_against(&self, campaign: &Campaign, is_packed: bool) -> Result<()> {
         let GateArgs { gate, baseline } = &self.gates;
         let is_fixed = !campaign.stopping.until_resolved;
+        if is_packed && !is_fixed {
+            let problem = "beside a packed baseline all trials are run";
+            return Err(Error::option(
+                "--until-resolved",
+                "given",
+                problem,
+                "--trials",
+            ));
+        }
         if is_fixed
             && self.shard.is_some()
             && !(gate.is_empty() && (baseline.is_none() || is_packed))
@@ -213,8 +222,9 @@ impl RunArgs {
     }
 }
 
-/// Says whether the robot is that of a packed baseline, by its values. It fails if it has other joints.
-fn say_whether_robots_are_alike(plan: &PreparedCampaign, baseline: &Folder) -> Result<()> {
+/// Says whether the robot is that of a packed baseline, by its values, and whether the baseline has all trials. It fails
+/// if the robot has other joints.
+fn say_what_is_compared(plan: &PreparedCampaign, baseline: &Folder) -> Result<()> {
     let name = baseline.name();
     let differences = plan.robot_values().differences(&baseline.robot_values()?);
     match differences.warning(&name)? {
@@ -223,6 +233,15 @@ fn say_whether_robots_are_alike(plan: &PreparedCampaign, baseline: &Folder) -> R
             "the robot is that of {name}: all its {} values are alike",
             differences.values
         )),
+    }
+    let (ours, theirs) = (plan.manifest.campaign.trials, baseline.trials());
+    if ours > theirs {
+        tell(
+            "warning: ",
+            &format!(
+                "{name} has {theirs} trials, so that only so many of the {ours} are compared."
+            ),
+        );
     }
     Ok(())
 }

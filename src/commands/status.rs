@@ -123,7 +123,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
         })))?;
         return Ok(complete);
     }
-    let (path, engine) = (folder.path.display(), folder.manifest.engine());
+    let (path, engine) = (folder.name(), folder.manifest.engine());
     let mut head =
         format!("{path}: {parts_complete} of {blocks} parts are complete, simulated by {engine}");
     for (controller, trials) in stopped_early(folder) {
@@ -134,6 +134,8 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     let report = folder.path.join(FILES[0]);
     print(&if complete && report.is_file() {
         format!("{head}\nThe result is there: {}\n", report.display())
+    } else if folder.is_packed() {
+        format!("{head}\nIt is packed. --full prints the result.\n")
     } else if complete {
         format!("{head}\nto join them: {next}\n")
     } else {

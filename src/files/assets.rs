@@ -105,7 +105,7 @@ macro_rules! baselines {
     ($($name:literal)*) => {
         &[$(Baseline {
             name: $name,
-            files: baselines!(@ $name: "parts/campaign.json" "parts/robot.json" "parts/part-000000.parquet"),
+            files: baselines!(@ $name: "parts/campaign.json" "parts/part-000000.parquet"),
             about: include_str!(concat!("assets/baselines/", $name, "/about.md")),
             limits: include_str!(concat!("assets/baselines/", $name, "/limits.json")),
         }),*]

@@ -17,15 +17,15 @@ const HEAD: &str = "\
 
 `standfast run standard --robot g1.urdf --controller mine.toml --baseline g1-public` runs your policy on the pushes from
 which public policies were tried, and compares it with each of them, trial by trial. Their files are not needed: the program
-has the rows of their trials, in both engines. The robot has to be the same. This is checked by value (masses, axes, limits, motors,
-soles), and what differs is told. `standfast status g1-public --full` prints the whole result, `standfast compare
+has the rows of their trials, in both engines. The robot has to be the same. This is checked by value (masses, joints, motors,
+soles, sensors, reach, but not other shapes), and what differs is told. `standfast status g1-public --full` prints the whole result, `standfast compare
 DIR g1-public --out page` writes the comparison as a report, and `standfast merge DIR --pack NEW` makes such a result of your
 own: rows alone, without files of robot and controllers.
 
 This page is written by `standfast docs baselines`. A *limit* is the impulse of 50 % survival without noise and variations, in
 N s in Rapier and in MuJoCo, with the pushes of `nominal` (`limit nominal --headings 8 --replicas 0 --precision 3 --trials 80`); `none`, `one` and
-`any` are the pendulum bounds with so many footsteps. A 95 % interval reaches 3 N s to either side, or further where the search ran
-out of its 80 trials (`?`).
+`any` are the pendulum bounds with so many footsteps. A 95 % interval is at most 6 N s wide, or wider where the search ran out of
+its 80 trials (`?`).
 ";
 
 /// The limits of a packed result, of which the page shows these.

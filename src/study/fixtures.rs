@@ -36,6 +36,7 @@ pub fn manifest(controllers: &[&str], overrides: Overrides) -> Manifest {
         inputs: Vec::new(),
         not_kept: Default::default(),
         trained_otherwise: Default::default(),
+        robot: None,
         robot_sha256: String::new(),
         engines: vec![campaign.episode.engine.with_version(); controllers.len()],
         part_trials: part_trials(&campaign),

@@ -134,6 +134,7 @@ impl PreparedCampaign {
                 .iter()
                 .map(|(_, engine)| engine.with_version())
                 .collect(),
+            robot: None,
             part_trials: part_trials(&resolved),
             controllers,
             totals,

@@ -150,10 +150,12 @@ impl Folder {
         Ok(labels)
     }
 
-    /// Opens the folder of a campaign, or the packed result of this name. It fails if there is no such folder, or if it
+    /// Opens the folder of a campaign or, if there is none of this name, the packed result that is compiled in. It fails if there is no such folder, or if it
     /// does not hold a campaign.
     pub fn existing(path: &Path) -> Result<Folder> {
-        if let Some((unpacked, path)) = compiled_in::unpacked(path)? {
+        if !path.exists()
+            && let Some((unpacked, path)) = compiled_in::unpacked(path)?
+        {
             let manifest = Manifest::read(&path)?;
             return Ok(Folder {
                 path,

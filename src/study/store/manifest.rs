@@ -11,6 +11,7 @@ use crate::ask::bounds::shown;
 use crate::ask::entrant::Entrant;
 use crate::ask::gate::GateSpec;
 use crate::ask::spec::Campaign;
+use crate::store::robot_values::RobotValues;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use standfast_controllers::variant::ControllerName;
@@ -54,6 +55,9 @@ pub struct Manifest {
     /// The controllers that were trained on other motors than the robot has, each with the difference.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub trained_otherwise: BTreeMap<String, String>,
+    /// The robot by its values, in a packed result alone, which has no file of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotValues>,
     /// The resolved campaign, which is also in `campaign.toml`.
     pub campaign: Campaign,
 }

@@ -5,42 +5,40 @@ use crate::store::folder::Folder;
 use crate::store::manifest::MOST_PART_TRIALS;
 use crate::store::robot_values::RobotValues;
 use crate::store::row::TrialRow;
-use serde_json::Value;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Source};
-use standfast_files::{json_pretty, write_atomic};
 use standfast_robots::urdf::Files;
 use std::num::NonZeroU64;
 use std::path::Path;
 
-/// Path of the robot's values in a packed result. No other result has this file.
-const ROBOT: &str = "parts/robot.json";
-/// Largest size of this file that is read (bytes).
-const MOST_BYTES: u64 = 10_000_000;
-
 impl Folder {
     /// Whether the result is packed.
     pub fn is_packed(&self) -> bool {
-        self.path.join(ROBOT).is_file()
+        self.manifest.robot.is_some()
+    }
+
+    /// Fails if the result is packed. `what` cannot be done with it.
+    pub fn refuse_packed(&self, what: &str) -> Result<()> {
+        match self.is_packed() {
+            true => Err(Error::Parts {
+                path: self.name().into(),
+                problem: format!(
+                    "is packed, without files of robot and controllers: it cannot be {what}"
+                ),
+            }),
+            false => Ok(()),
+        }
     }
 
     /// The robot of the trials by its values, from the files in the folder or, if the result is packed, as they were
     /// then. It fails if they cannot be read.
     pub fn robot_values(&self) -> Result<RobotValues> {
-        let path = self.path.join(ROBOT);
-        if !self.is_packed() {
-            return Ok(RobotValues::of(
+        match &self.manifest.robot {
+            Some(values) => Ok(values.clone()),
+            None => Ok(RobotValues::of(
                 &Files::open(&self.campaign().robot)?.robot()?,
-            ));
+            )),
         }
-        let values: Value =
-            serde_json::from_slice(&assets::read(&path, MOST_BYTES)?).map_err(|e| {
-                Error::Syntax {
-                    file: path.display().to_string(),
-                    message: e.to_string(),
-                }
-            })?;
-        Ok(RobotValues(values))
     }
 
     /// The campaign as a file that asks for the same trials. It names neither robot nor controllers, no gate, and no end
@@ -70,6 +68,7 @@ impl Folder {
             });
         }
         let mut manifest = self.manifest.clone();
+        manifest.robot = Some(self.robot_values()?);
         if !manifest.campaign.stopping.until_resolved {
             let part_trials = manifest.campaign.trials.min(MOST_PART_TRIALS);
             manifest.part_trials = NonZeroU64::new(part_trials).unwrap_or(NonZeroU64::MIN);
@@ -80,7 +79,6 @@ impl Folder {
             unpacked: None,
         };
         let parts = self.parts()?;
-        let values = json_pretty(&self.robot_values()?.0)?;
         let mut waiting: Vec<TrialRow> = Vec::new();
         let mut block = 0;
         for part in parts {
@@ -96,7 +94,6 @@ impl Folder {
         if let Some(controller_trials) = self.controller_trials().filter(|_| self.has_stopped()) {
             packed.stop_at(&controller_trials)?;
         }
-        write_atomic(&to.join(ROBOT), values.as_bytes())?;
         packed.create()?;
         Ok(packed)
     }

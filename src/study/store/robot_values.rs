@@ -1,7 +1,9 @@
-//! A robot by its values: masses, axes, limits, motors and soles, by the names of links and joints. Two robots are the same
-//! if their values are, whatever their files look like.
+//! A robot by its values: masses, joints, motors, soles, sensors and reach, by the names of links and joints. Two robots
+//! are the same if their values are, whatever their files look like.
 
 use crate::ask::bounds::shown;
+use nalgebra::{Isometry3, Vector3};
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Foot, Robot};
@@ -12,10 +14,9 @@ const ALIKE_SHARE: f64 = 1e-3;
 /// Values that differ by less than this are alike (in SI units).
 const ALIKE: f64 = 1e-6;
 
-/// The values of a robot, as a tree of tables by name. Shapes other than the soles, and the gains of its servos, are left
-/// out: policies have gains of their own.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RobotValues(pub Value);
+/// The values of a robot, as a tree of tables by name. Shapes other than the soles are left out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RobotValues(Value);
 
 /// Where the values of two robots differ.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,19 +43,14 @@ impl RobotValues {
         }
         let mut joints = Map::new();
         for (number, joint) in robot.joints.iter().enumerate() {
-            let servo = &robot.servos[number];
             let values = json!({
                 "parent": robot.links[joint.parent].name,
                 "position_m": joint.origin.translation.vector.as_slice(),
-                "axis": (joint.origin.rotation * joint.axis.into_inner()).as_slice(),
+                "rotation": rotation(&joint.origin),
+                "axis": joint.axis.as_slice(),
                 "limits_rad": [joint.lower_rad, joint.upper_rad],
                 "home_rad": robot.home_rad[number],
-                "torque_n_m": servo.torque_n_m,
-                "full_torque_speed_rad_s": servo.full_torque_speed_rad_s,
-                "no_torque_speed_rad_s": servo.no_torque_speed_rad_s,
-                "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
-                "friction_n_m": servo.friction_n_m,
-                "damping_n_m_s_rad": servo.damping_n_m_s_rad,
+                "servo": robot.servos[number],
             });
             joints.insert(joint.name.clone(), values);
         }
@@ -63,13 +59,21 @@ impl RobotValues {
             json!({
                 "link": robot.links[sole.link].name,
                 "center_m": sole.center.translation.vector.as_slice(),
+                "rotation": rotation(&sole.center),
                 "half_m": sole.half_m,
             })
         };
+        let reach: Map<String, Value> = robot
+            .reach
+            .iter()
+            .map(|region| (region.name.clone(), json!(region)))
+            .collect();
         Self(json!({
             "links": links,
             "joints": joints,
             "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
+            "trunk": robot.links[robot.trunk].name,
+            "reach": reach,
             "friction": robot.friction,
             "delay_s": robot.delay_s,
             "noise": robot.noise,
@@ -93,6 +97,12 @@ impl RobotValues {
         found.add("", &self.0, &there.0);
         found
     }
+}
+
+/// The images of x and y under a rotation, which tell it without a choice of sign.
+fn rotation(pose: &Isometry3<f64>) -> [f64; 6] {
+    let [x, y] = [Vector3::x(), Vector3::y()].map(|axis| pose.rotation * axis);
+    [x.x, x.y, x.z, y.x, y.y, y.z]
 }
 
 impl RobotDifferences {

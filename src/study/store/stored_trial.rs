@@ -35,6 +35,7 @@ impl StoredTrial {
     /// input is gone, or if this program lacks the engine.
     pub fn open(folder: &Path, trial: u64, controller: Option<&str>) -> Result<Self> {
         let result = Folder::existing(folder)?;
+        result.refuse_packed("replayed")?;
         let (campaign, controllers) = (&result.manifest.campaign, &result.manifest.controllers);
         campaign.check_trial(trial)?;
         for warning in result.manifest.warnings() {

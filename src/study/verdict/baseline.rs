@@ -3,6 +3,7 @@
 //! Two results can be compared only if their trials are the same. So their seeds, distributions and judges must be
 //! equal. Every push is then equal to the bit, since each part is checked against what its campaign draws.
 
+use crate::ask::entrant::Entrant;
 use crate::ask::spec::Campaign;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, differences};
@@ -36,13 +37,28 @@ impl Baseline {
     /// Opens a baseline for the campaign `ours`. It fails if the baseline is not complete, or if it has other trials
     /// than `ours`.
     pub fn open(path: &Path, ours: &Manifest) -> Result<Baseline> {
-        let folder = Folder::existing(path)?;
+        let mut folder = Folder::existing(path)?;
         let campaign = &ours.campaign;
         refuse_other_trials(&folder, campaign)?;
         refuse_other_engines(&folder, ours)?;
         let mut rows = TrialColumns::new(&folder.manifest.controllers, &campaign.episode);
         for part in folder.parts()? {
             rows.push(&part?);
+        }
+        // The entrants of a packed result state their engines, and ours need not.
+        if let (true, [engine]) = (folder.is_packed(), &campaign.different_engines()[..]) {
+            for name in rows
+                .names
+                .iter_mut()
+                .chain(&mut folder.manifest.controllers)
+            {
+                let entrant = Entrant::split(name);
+                if entrant.engine == Some(*engine)
+                    && ours.controllers.iter().any(|own| own == entrant.controller)
+                {
+                    *name = entrant.controller.into();
+                }
+            }
         }
         Ok(Baseline {
             manifest: folder.manifest,
@@ -136,7 +152,7 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
         differing.join("; ")
     );
     Err(Error::Parts {
-        path: folder.path.clone(),
+        path: folder.name().into(),
         problem,
     })
 }

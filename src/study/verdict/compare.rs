@@ -50,10 +50,13 @@ impl Comparison {
     /// result, only entrants in an engine of the other result are compared. It fails if a folder is not complete, if the
     /// trials of the two are not the same, if the robot of a packed result has other joints, or if a gate cannot be read.
     pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
-        if is_same_folder(&a.path, &b.path) {
+        if a.is_packed() && !b.is_packed() {
+            return Self::new(b, a, gates);
+        }
+        if is_same_folder(&a.path, &b.path) || a.name() == b.name() {
             let problem = "both are this folder: a result does not differ from itself";
             return Err(Error::Parts {
-                path: b.path.clone(),
+                path: b.name().into(),
                 problem: problem.into(),
             });
         }
@@ -82,8 +85,8 @@ impl Comparison {
         );
         summary.warnings.splice(..0, warnings);
         if b.is_packed() {
-            let own = &summary.controllers[..of[0].entrants.len()];
-            summary.headline = placement::of(own, &summary.pairs);
+            let (own, theirs) = summary.controllers.split_at(of[0].entrants.len());
+            summary.headline = placement::of(own, theirs, &summary.pairs, &b.name());
         }
         for (controller, origin) in summary
             .controllers
@@ -152,7 +155,10 @@ impl Side {
         }
         let label = label(&folder.path, &other.path);
         for Compared { name, .. } in &mut side.entrants {
-            if other.manifest.controllers.contains(name) && (is_packed || !other.is_packed()) {
+            let mut others = other.manifest.controllers.iter();
+            let is_theirs = others
+                .any(|own| own == name || is_packed && Entrant::split(own).controller == name);
+            if is_theirs && (is_packed || !other.is_packed()) {
                 *name = format!("{name} ({label})");
             }
         }
@@ -280,17 +286,22 @@ fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>
 }
 
 /// Pairs of a controller of one result and a controller of the other. Controllers of the same name make a pair. If no
-/// name is in both results, every controller of one makes a pair with every controller of the other. If one of them is
-/// packed, every two controllers in the same engine do.
+/// name is in both results, every controller of one makes a pair with every controller of the other. If the second is
+/// packed, every controller of the first makes a pair with every other one of the first, and with every one of the second
+/// in its engine.
 fn pairs([a, b]: &[Side; 2]) -> Vec<(usize, usize)> {
     let is_packed = a.folder.is_packed() || b.folder.is_packed();
     let of_one_name: Vec<_> = every(a, b)
         .filter(|(i, j)| a.own_name(&a.entrants[*i]) == b.own_name(&b.entrants[*j]))
         .collect();
+    let own = every_pair(a.entrants.len()).into_iter();
     let pairs = match (is_packed, of_one_name.is_empty()) {
-        (true, _) => every(a, b)
-            .filter(|(i, j)| a.entrants[*i].engine == b.entrants[*j].engine)
-            .collect(),
+        (true, _) => {
+            let across = every(a, b)
+                .filter(|(i, j)| a.entrants[*i].engine == b.entrants[*j].engine)
+                .map(|(i, j)| (i, a.entrants.len() + j));
+            return own.chain(across).collect();
+        }
         (false, true) => every(a, b).collect(),
         (false, false) => of_one_name,
     };
@@ -334,6 +345,7 @@ fn joined(of: &[Side], trials: u64, gates: &[String]) -> Manifest {
         part_trials: all[0].part_trials,
         controllers: of.iter().flat_map(Side::names).collect(),
         totals: totals(of),
+        robot: all.iter().find_map(|manifest| manifest.robot.clone()),
         inputs: Vec::new(),
         not_kept: with_files
             .clone()
@@ -359,6 +371,7 @@ fn warnings([a, b]: &[Side; 2]) -> Result<Vec<String>> {
         // Their files need not be the same, and the engines are those of the entrants that are compared.
         theirs.robot_sha256.clone_from(&ours.robot_sha256);
         theirs.campaign.robot.clone_from(&ours.campaign.robot);
+        theirs.config_hash.clear();
         (ours.engines, theirs.engines) = (a.engines().collect(), b.engines().collect());
         ours.engines.sort();
         theirs.engines.sort();

@@ -140,6 +140,7 @@ mod tests {
             DecisionRule {
                 until_resolved,
                 margin,
+                has_more: true,
             },
         );
         let controllers: Vec<ControllerSummary> = (0..rows.names.len())

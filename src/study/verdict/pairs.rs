@@ -104,6 +104,8 @@ pub struct DecisionRule {
     pub until_resolved: bool,
     /// Difference (a share) below which two controllers are the same.
     pub margin: f64,
+    /// Whether more trials can be run. Those of a packed result cannot.
+    pub has_more: bool,
 }
 
 impl DecisionRule {
@@ -112,6 +114,7 @@ impl DecisionRule {
         Self {
             until_resolved: campaign.stopping.until_resolved,
             margin: campaign.stopping.margin,
+            has_more: manifest.robot.is_none(),
         }
     }
 }
@@ -141,6 +144,7 @@ impl PairSummary {
         DecisionRule {
             until_resolved,
             margin,
+            has_more,
         }: DecisionRule,
     ) -> Self {
         let standing = PairDecision::of(rows, controllers, pairs, until_resolved, margin);
@@ -159,6 +163,7 @@ impl PairSummary {
                 .collect()
         };
         let more_trials = match (verdict, until_resolved) {
+            _ if !has_more => None,
             (PairVerdict::Open, true) => {
                 let level = each_of(pairs, 1.0 - ALPHA);
                 Evidence::difference(&counts, level, true).more_trials(0.0, level)
@@ -308,6 +313,7 @@ mod tests {
     const AT_ONCE: DecisionRule = DecisionRule {
         until_resolved: false,
         margin: 0.02,
+        has_more: true,
     };
 
     const UNTIL_RESOLVED: DecisionRule = DecisionRule {

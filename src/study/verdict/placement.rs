@@ -5,11 +5,16 @@ use crate::verdict::listed::listed;
 use crate::verdict::pairs::PairSummary;
 use standfast_stats::decision::PairVerdict;
 
-/// A sentence for each of these controllers: its place by rate among itself and those with which it is paired, and which
-/// of them are better, worse or not told apart.
-pub(super) fn of(controllers: &[ControllerSummary], pairs: &[PairSummary]) -> String {
+/// A sentence for each controller of `own`: its place by rate among those of `theirs` with which it is paired, and which
+/// of them are better, worse or not told apart. `baseline` is their result.
+pub(super) fn of(
+    own: &[ControllerSummary],
+    theirs: &[ControllerSummary],
+    pairs: &[PairSummary],
+    baseline: &str,
+) -> String {
     let mut sentences = Vec::new();
-    for controller in controllers {
+    for controller in own {
         let name = controller.name.as_str();
         let (mut ahead, mut worse, mut better, mut open) = (1, Vec::new(), Vec::new(), Vec::new());
         for pair in pairs {
@@ -19,6 +24,9 @@ pub(super) fn of(controllers: &[ControllerSummary], pairs: &[PairSummary]) -> St
                 (_, true) => (false, pair.a.as_str()),
                 _ => continue,
             };
+            if !theirs.iter().any(|their| their.name == other) {
+                continue;
+            }
             ahead += u32::from(!is_first && pair.difference > 0.0);
             match (pair.verdict == PairVerdict::Better, is_first) {
                 (true, true) => worse.push(other),
@@ -26,7 +34,7 @@ pub(super) fn of(controllers: &[ControllerSummary], pairs: &[PairSummary]) -> St
                 (false, _) => open.push(other),
             }
         }
-        let count = 1 + worse.len() + better.len() + open.len();
+        let count = worse.len() + better.len() + open.len();
         let told = [
             ("better than ", worse),
             ("worse than ", better),
@@ -37,7 +45,7 @@ pub(super) fn of(controllers: &[ControllerSummary], pairs: &[PairSummary]) -> St
         .map(|(how, others)| format!("{how}{}", listed(&others, "and")));
         let told: Vec<String> = told.collect();
         sentences.push(format!(
-            "{name} is number {ahead} of {count} by its rate: {}.",
+            "Among the {count} of {baseline}, {name} would be number {ahead} by its rate: {}.",
             told.join("; ")
         ));
     }

@@ -174,13 +174,19 @@ impl Summary {
             trials.push(part)?;
         }
         let (written, sha256) = trials.finish()?;
-        let summary = Summary::new(
+        let mut summary = Summary::new(
             &folder.manifest,
             &rows,
             sha256,
             &every_pair(controllers.len()),
             gates,
         );
+        if folder.is_packed() {
+            for controller in &mut summary.controllers {
+                controller.origin.campaign = folder.name();
+                controller.origin.is_packed = true;
+            }
+        }
         Ok((summary, rows, written))
     }
 

@@ -5,6 +5,7 @@ use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::verdict::controller_summary::ControllerSummary;
 use crate::verdict::pairs::PairSummary;
+use standfast_sim::episode::Counts;
 use standfast_stats::decision::PairVerdict;
 
 /// Least number of trials without a warning. With fewer, a rate of 50 % is known to 10 points either way at best.
@@ -110,7 +111,9 @@ pub fn of(
              }| { format!("{name} ({moving_at_push} of {} trials)", count.trials) },
         )
         .collect();
-    if !moving.is_empty() {
+    // A robot that marches is never at rest, and need not be where survival counts.
+    let counts = campaign.episode.judge.counts;
+    if !moving.is_empty() && counts != Counts::Survived {
         let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
         warnings.push(format!(
             "The push found a robot that was not at rest (COM faster than {speed_m_s} m/s) with {}. A later push.start_s \
