@@ -939,7 +939,7 @@ fn the_help_is_short_and_the_long_one_has_examples() {
     }
     options.insert("--version".into());
     assert!(options.contains("--quiet") && options.contains("--set"));
-    assert!(options.len() <= 47, "{}: {options:?}", options.len());
+    assert!(options.len() <= 49, "{}: {options:?}", options.len());
     for command in [
         "run", "slurm", "limit", "ceiling", "tune", "push", "cpi", "model",
     ] {
