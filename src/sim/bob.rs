@@ -28,7 +28,7 @@ impl Bob {
         (2.0 * GRAVITY * self.fall_m(draw_m)).sqrt()
     }
 
-    /// Momentum with which it strikes (N s), the impulse of its [`Push`].
+    /// Momentum with which it strikes (N s), the impulse of its push.
     pub fn momentum_n_s(&self, draw_m: f64) -> f64 {
         self.mass_kg * self.speed_m_s(draw_m)
     }

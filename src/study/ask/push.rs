@@ -29,7 +29,7 @@ pub struct PushSpec {
     /// The point of the link on which it acts, from which `height_m` counts.
     #[serde(default)]
     pub point_m: PushedPoint,
-    /// The pendulum that pushes; None for a force. Impulse, duration and profile then [follow](Self::settle) from it.
+    /// The pendulum that pushes; None for a force. Impulse, duration and profile then follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pendulum: Option<PendulumSpec>,
 }
