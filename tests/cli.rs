@@ -29,7 +29,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["run", "smokey"],
             &[
                 "campaign \"smokey\" not found",
-                "smoke, nominal, standard, harsh or the path of a file",
+                "smoke, nominal, standard, harsh, robocup, dysturbance or the path of a file",
             ],
         ),
         ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
@@ -491,7 +491,7 @@ fn what_was_meant_is_told() {
         (&["rnu"], "a similar subcommand exists: 'run'"),
         (
             &["push", "catch"],
-            "campaign \"catch\" not found; accepted: smoke, nominal, standard, harsh or the path of a file; did you mean --controller catch?",
+            "campaign \"catch\" not found; accepted: smoke, nominal, standard, harsh, robocup, dysturbance or the path of a file; did you mean --controller catch?",
         ),
         (&["run", "ut-mu2"], "did you mean --robot ut-mu2?"),
         (

@@ -23,7 +23,7 @@ pub const BOTH: &str = "both";
 #[derive(Debug, Default, Args)]
 #[group(id = "of_campaign", multiple = false)]
 pub struct CampaignArgs {
-    /// Campaign: smoke, nominal, standard, harsh, or a TOML file
+    /// Campaign: smoke, nominal, standard, harsh, robocup, dysturbance, or a TOML file
     #[arg(value_name = "CAMPAIGN")]
     first: Option<String>,
     /// The same as CAMPAIGN

@@ -52,7 +52,7 @@ given again. The guide's chapter tuning.md has more.")]
 pub struct TuneArgs {
     #[command(flatten)]
     pub controller: ControllerArgs,
-    /// A campaign: smoke, nominal, standard, harsh, or a TOML file
+    /// A campaign: smoke, nominal, standard, harsh, robocup, dysturbance, or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
     pub campaign: String,
     /// Robot by name, or URDF or MJCF file; may be repeated

@@ -172,7 +172,7 @@ impl InputKind {
                 texts!("controllers", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast")
             }
             InputKind::Campaign => {
-                texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh")
+                texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh" "robocup" "dysturbance")
             }
         }
     }

@@ -174,6 +174,12 @@ impl Pushes {
         })
     }
 
+    /// The impulse at which the likeliest curve falls to this probability (above 0, below 1).
+    pub fn at(&self, chance: f64) -> Result<Level, NoCurve> {
+        let best = self.best?;
+        self.level(&best, (chance / (1.0 - chance)).ln())
+    }
+
     /// 95 % interval of the probability to recover at the impulse `x`, for this x alone; 0 to 1 if there is no curve.
     /// Beyond the range of impulses it is an extrapolation. It takes some tens of passes over the trials.
     pub fn band(&self, x: f64) -> [f64; 2] {
@@ -197,7 +203,7 @@ impl Pushes {
         self.middle + self.half * place
     }
 
-    /// The impulse at which the curve has this logit, with its interval.
+    /// The impulse at which a curve has this logit, with its interval.
     fn level(&self, best: &Best, logit: f64) -> Result<Level, NoCurve> {
         let place = best.place(logit);
         if place < -1.0 {

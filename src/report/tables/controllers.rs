@@ -2,6 +2,7 @@
 
 use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, texts, words};
 use crate::text::layout::{percent, seconds, velocity_change};
+use standfast_stats::curve::{Level, NoCurve};
 use standfast_stats::rate::SuccessCount;
 use standfast_study::Summary;
 use standfast_study::verdict::controller_summary::{ControllerSummary, FittedCurve};
@@ -115,6 +116,11 @@ fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     } else {
         (fit.impulse90, fit.no_impulse90)
     };
+    shown_level(level, why)
+}
+
+/// An impulse, or a drawback, with its interval. If there is none, the reason.
+pub(super) fn shown_level(level: Option<Level>, why: Option<NoCurve>) -> String {
     match (level, why) {
         (Some(level), _) => {
             let [least, most] = level
@@ -336,7 +342,7 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
 }
 
 /// The columns of controllers side by side.
-fn columns<'a>(
+pub(super) fn columns<'a>(
     controllers: impl Iterator<Item = (usize, &'a ControllerSummary)>,
 ) -> impl Iterator<Item = TableColumn> {
     controllers.map(|(i, controller)| TableColumn {
@@ -346,7 +352,7 @@ fn columns<'a>(
 }
 
 /// The name of a controller, as a cell.
-fn name(i: usize, controller: &ControllerSummary) -> Cell {
+pub(super) fn name(i: usize, controller: &ControllerSummary) -> Cell {
     Cell {
         controller: Some(i),
         ..cell(&controller.name)

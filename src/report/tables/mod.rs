@@ -3,6 +3,7 @@
 
 mod controllers;
 mod pairs;
+mod strikes;
 
 use super::table::Table;
 use standfast_study::Summary;
@@ -31,6 +32,9 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
     use Detail::{Full, Page, Short};
     let each = [
         ("rates", Short, controllers::rates(summary)),
+        ("strikes", Short, strikes::declared(summary)),
+        ("strikes", Short, strikes::by_heading(summary)),
+        ("strikes", Short, strikes::conditions(summary)),
         ("pairs", Short, pairs::engines(summary)),
         ("pairs", Full, pairs::effects(summary)),
         ("pairs", Full, pairs::counts(summary)),

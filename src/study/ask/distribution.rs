@@ -4,13 +4,14 @@ use crate::ask::bounds::{accept, digits, in_range};
 use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use standfast_core::arrays::exactly;
-use standfast_core::error::Result;
+use standfast_core::error::{Error, Result};
 use std::fmt;
 
 /// What a distribution may be in TOML, for errors.
-pub(crate) const FORMS: &str = "a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+pub(crate) const FORMS: &str =
+    "a number, { uniform = [a, b] }, { normal = [mean, sd] } or { each = [a, b, ...] }";
 
-/// A distribution, in TOML `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
+/// A distribution, in TOML `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }` or `{ each = [a, b, c] }`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Distribution {
@@ -22,6 +23,46 @@ pub enum Distribution {
     Normal {
         normal: [f64; 2],
     },
+    /// Values that trials take in turn. Only a push has such quantities; all their combinations are equally frequent.
+    Each {
+        each: Values,
+    },
+}
+
+/// A list of 1 to [`MOST_VALUES`] numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, serde::Deserialize)]
+#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
+pub struct Values {
+    count: usize,
+    values: [f64; MOST_VALUES],
+}
+
+const MOST_VALUES: usize = 24;
+
+impl Values {
+    pub fn list(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+impl TryFrom<Vec<f64>> for Values {
+    type Error = String;
+    fn try_from(list: Vec<f64>) -> std::result::Result<Self, String> {
+        let (count, mut values) = (list.len(), [0.0; MOST_VALUES]);
+        if !(1..=MOST_VALUES).contains(&count) {
+            return Err(format!(
+                "a list of {count} values, expected 1 to {MOST_VALUES}"
+            ));
+        }
+        values[..count].copy_from_slice(&list);
+        Ok(Self { count, values })
+    }
+}
+
+impl From<Values> for Vec<f64> {
+    fn from(values: Values) -> Self {
+        values.list().to_vec()
+    }
 }
 
 impl Distribution {
@@ -31,6 +72,36 @@ impl Distribution {
             Distribution::Constant(value) => value,
             Distribution::Uniform { uniform: [a, b] } => (a + b) / 2.0,
             Distribution::Normal { normal: [mean, _] } => mean,
+            Distribution::Each { each } => each.list().iter().sum::<f64>() / each.count as f64,
+        }
+    }
+
+    /// The values of which a check can be made in place of all: those of a list, the ends and the middle of a range, or the
+    /// mean.
+    pub(crate) fn samples(&self) -> Vec<f64> {
+        match *self {
+            Distribution::Uniform { uniform: [a, b] } => vec![a, 0.5 * (a + b), b],
+            Distribution::Each { each } => each.into(),
+            other => vec![other.mean()],
+        }
+    }
+
+    /// The distribution of a rising function of the quantity; for a normal one it is a guess.
+    pub(crate) fn map(self, of: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Distribution::Constant(value) => Distribution::Constant(of(value)),
+            Distribution::Uniform { uniform } => Distribution::Uniform {
+                uniform: uniform.map(of),
+            },
+            Distribution::Normal { normal } => Distribution::Normal {
+                normal: normal.map(of),
+            },
+            Distribution::Each { mut each } => {
+                each.values[..each.count]
+                    .iter_mut()
+                    .for_each(|x| *x = of(*x));
+                Distribution::Each { each }
+            }
         }
     }
 
@@ -40,6 +111,7 @@ impl Distribution {
             Distribution::Constant(_) => true,
             Distribution::Uniform { uniform: [a, b] } => a == b,
             Distribution::Normal { normal: [_, sd] } => sd == 0.0,
+            Distribution::Each { each } => each.list().iter().all(|value| *value == each.values[0]),
         }
     }
 
@@ -68,6 +140,16 @@ impl Distribution {
                 );
                 accept((0.0..=range).contains(&sd), file, &field, sd, &accepted)
             }
+            Distribution::Each { each } => {
+                if !field.starts_with("push.") {
+                    let (problem, accepted) =
+                        ("only [push] takes a list", "a distribution without `each`");
+                    return Err(Error::value(file, field, self, problem, accepted));
+                }
+                let field = format!("{field}.each");
+                let mut values = each.list().iter();
+                values.try_for_each(|value| in_range(file, &field, *value, [least, most]))
+            }
         }
     }
 
@@ -77,6 +159,12 @@ impl Distribution {
             Distribution::Constant(value) => [value, value],
             Distribution::Uniform { uniform } => uniform,
             Distribution::Normal { .. } => bounds,
+            Distribution::Each { each } => {
+                let values = each.list().iter();
+                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
+                    [x.min(least), x.max(most)]
+                })
+            }
         }
     }
 }
@@ -90,6 +178,11 @@ impl fmt::Display for Distribution {
             }
             Distribution::Normal { normal: [mean, sd] } => {
                 write!(f, "normal {} +- {}", digits(mean), digits(sd))
+            }
+            Distribution::Each { each } => {
+                let values = each.list().iter();
+                let values: Vec<String> = values.map(|value| digits(*value).to_string()).collect();
+                write!(f, "{}", values.join(", "))
             }
         }
     }
@@ -127,7 +220,15 @@ impl<'de> Deserialize<'de> for Distribution {
                     "normal" => Distribution::Normal {
                         normal: map.next_value::<NumberPair>()?.0,
                     },
-                    other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
+                    "each" => Distribution::Each {
+                        each: map.next_value()?,
+                    },
+                    other => {
+                        return Err(de::Error::unknown_field(
+                            other,
+                            &["uniform", "normal", "each"],
+                        ));
+                    }
                 };
                 match map.next_key::<String>()? {
                     None => Ok(distribution),

@@ -20,14 +20,19 @@ enum Unit {
     Speed,
     /// The robot's own delay.
     Delay,
+    /// Mass of the robot.
+    Mass,
 }
 
 /// Table, key in units of the robot, key in SI units, and unit.
-const QUANTITIES: [(&str, &str, &str, Unit); 14] = [
+const QUANTITIES: [(&str, &str, &str, Unit); 17] = [
     ("push", "impulse", "impulse_n_s", Unit::Impulse),
     ("push", "height", "height_m", Unit::Length),
     ("push", "duration", "duration_s", Unit::Time),
     ("push", "start", "start_s", Unit::Time),
+    ("push.pendulum", "mass", "mass_kg", Unit::Mass),
+    ("push.pendulum", "rope", "rope_m", Unit::Length),
+    ("push.pendulum", "draw", "draw_m", Unit::Length),
     ("second_push", "impulse", "impulse_n_s", Unit::Impulse),
     ("second_push", "after", "after_s", Unit::Time),
     ("variations", "trunk_com_x", "trunk_com_x_m", Unit::Length),
@@ -78,6 +83,7 @@ impl Measures {
             Unit::Time => self.units.time_s(),
             Unit::Speed => self.units.speed_m_s(),
             Unit::Delay => self.delay_s,
+            Unit::Mass => self.units.mass_kg,
         }
     }
 

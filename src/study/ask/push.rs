@@ -1,13 +1,14 @@
 //! The distributions of pushes in a campaign: `[push]` and `[second_push]`.
 
-use crate::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits, in_range};
+use crate::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits};
 use crate::ask::distribution::Distribution;
+use crate::ask::pendulum::PendulumSpec;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{PushPoint, Robot, Units};
 use standfast_sim::pendulum::check_at_home;
-use standfast_sim::{Bob, Profile, Push};
+use standfast_sim::{Profile, Push};
 use std::fmt;
 
 /// Largest distance of a point from the origin of its link, in heights of the COM.
@@ -32,95 +33,6 @@ pub struct PushSpec {
     /// The pendulum that pushes; None for a force. Impulse, duration and profile then follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pendulum: Option<PendulumSpec>,
-}
-
-/// `[push.pendulum]`: a bob on a rope that is drawn back horizontally and released, and comes as a [`Bob`] does.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PendulumSpec {
-    pub mass_kg: f64,
-    pub rope_m: f64,
-    pub draw_m: Distribution,
-    #[serde(default = "of_bottle_m")]
-    pub radius_m: f64,
-    #[serde(default = "of_rig_n_m")]
-    pub stiffness_n_m: f64,
-    #[serde(default = "of_rig")]
-    pub restitution: f64,
-}
-
-/// Radius of a bottle with 2 kg of water (m).
-fn of_bottle_m() -> f64 {
-    0.08
-}
-
-/// Stiffness (N/m) and restitution of a padding with which strikes are as those that EUROBENCH's DysTurbance rig measured; the
-/// chapter `limits` of the guide compares them.
-fn of_rig_n_m() -> f64 {
-    9e4
-}
-
-fn of_rig() -> f64 {
-    0.5
-}
-
-/// The keys of a push that follow from its pendulum.
-pub(super) const OF_PENDULUM: [&str; 3] = ["impulse_n_s", "duration_s", "profile"];
-
-impl PendulumSpec {
-    pub fn bob(&self) -> Bob {
-        let Self {
-            mass_kg,
-            rope_m,
-            draw_m: _,
-            radius_m,
-            stiffness_n_m,
-            restitution,
-        } = *self;
-        Bob {
-            mass_kg,
-            rope_m,
-            radius_m,
-            stiffness_n_m,
-            restitution,
-        }
-    }
-
-    /// Accepted drawbacks (m).
-    pub(crate) fn draws_m(&self) -> [f64; 2] {
-        [0.0, self.rope_m]
-    }
-
-    fn check(&self, file: &str) -> Result<()> {
-        for (field, value, bounds) in [
-            ("mass_kg", self.mass_kg, [1e-3, 1e5]),
-            ("rope_m", self.rope_m, [0.05, 100.0]),
-            ("radius_m", self.radius_m, [1e-3, 10.0]),
-            ("stiffness_n_m", self.stiffness_n_m, [1.0, 1e9]),
-            ("restitution", self.restitution, [0.05, 1.0]),
-        ] {
-            in_range(file, &format!("push.pendulum.{field}"), value, bounds)?;
-        }
-        let checked = self
-            .draw_m
-            .check(file, "push.pendulum.draw_m", self.draws_m());
-        because(", the length of the rope", checked)
-    }
-}
-
-impl fmt::Display for PendulumSpec {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            mass_kg,
-            rope_m,
-            draw_m,
-            ..
-        } = self;
-        write!(
-            f,
-            "bob of {mass_kg} kg on a rope of {rope_m} m, drawn back by {draw_m} m"
-        )
-    }
 }
 
 /// Words in a file for two links that every robot has.
@@ -207,8 +119,7 @@ impl PushSpec {
         Ok(point_m)
     }
 
-    /// Checks that a bob comes to the robot at home from the ends of the ranges of heading, height and drawback, and from the
-    /// middle of the headings.
+    /// Checks that a bob comes to the robot at home for samples of heading, height and drawback.
     fn check_pendulum(&self, robot: &Robot, point: PushPoint, file: &str) -> Result<()> {
         let Some(pendulum) = &self.pendulum else {
             return Ok(());
@@ -217,27 +128,22 @@ impl PushSpec {
             pushed: point,
             ..robot.clone()
         };
-        let ends = |distribution: Distribution| match distribution {
-            Distribution::Uniform { uniform } => uniform,
-            other => [other.mean(); 2],
-        };
         let bob = pendulum.bob();
-        for height_m in ends(self.height_m) {
-            for draw_m in ends(pendulum.draw_m) {
-                let [from_deg, to_deg] = ends(self.heading_deg);
-                for heading_deg in [from_deg, 0.5 * (from_deg + to_deg), to_deg] {
-                    let push = Push {
-                        heading_deg,
-                        height_m,
-                        impulse_n_s: bob.momentum_n_s(draw_m),
-                        bob: Some(bob),
-                        ..Push::default()
-                    };
-                    check_at_home(&robot, &push, &bob).map_err(|[problem, accepted]| {
-                        let problem = format!("towards {heading_deg} degrees {problem}");
-                        Error::value(file, "push.height_m", height_m, problem, accepted)
-                    })?;
-                }
+        // The farthest drawback sweeps the largest way.
+        let most_m = pendulum.draw_m.samples().into_iter().fold(0.0, f64::max);
+        for height_m in self.height_m.samples() {
+            for heading_deg in self.heading_deg.samples() {
+                let push = Push {
+                    heading_deg,
+                    height_m,
+                    impulse_n_s: bob.momentum_n_s(most_m),
+                    bob: Some(bob),
+                    ..Push::default()
+                };
+                check_at_home(&robot, &push, &bob).map_err(|[problem, accepted]| {
+                    let problem = format!("towards {heading_deg} degrees {problem}");
+                    Error::value(file, "push.height_m", height_m, problem, accepted)
+                })?;
             }
         }
         Ok(())
@@ -250,16 +156,7 @@ impl PushSpec {
             return;
         };
         let bob = pendulum.bob();
-        let of = |draw_m: f64| bob.momentum_n_s(draw_m);
-        self.impulse_n_s = match pendulum.draw_m {
-            Distribution::Constant(draw_m) => Distribution::Constant(of(draw_m)),
-            Distribution::Uniform { uniform } => Distribution::Uniform {
-                uniform: uniform.map(of),
-            },
-            Distribution::Normal { normal: [mean, sd] } => Distribution::Normal {
-                normal: [of(mean), of(sd)],
-            },
-        };
+        self.impulse_n_s = pendulum.draw_m.map(|draw_m| bob.momentum_n_s(draw_m));
         self.duration_s = Distribution::Constant(bob.contact_s(units.mass_kg));
         self.profile = Profile::HalfSine;
     }

@@ -5,7 +5,8 @@ use crate::ask::distribution::FORMS;
 use crate::ask::entrant::Entrant;
 use crate::ask::gate::GateSpec;
 use crate::ask::measures::{Measures, keys_in_file, with_relative_keys};
-use crate::ask::push::{OF_PENDULUM, PushSpec, SecondPushSpec};
+use crate::ask::pendulum::{OF_PENDULUM, of_size_class_kg};
+use crate::ask::push::{PushSpec, SecondPushSpec};
 use crate::ask::variations::{self, VariationSpec};
 use serde::{Deserialize, Serialize};
 use standfast_controllers::variant::{self, ControllerName};
@@ -351,11 +352,16 @@ impl Campaign {
         })
     }
 
-    /// The campaign with all keys of this table. Impulse, duration and course of a push by a pendulum follow from the others.
+    /// The campaign with all keys of this table. Impulse, duration and course of a push by a pendulum follow from the others,
+    /// and the mass of a bob that has none from the size of the robot.
     fn complete(mut table: Table, units: &Units) -> Result<Campaign, toml::de::Error> {
         if let Some(push) = table.get_mut("push").and_then(toml::Value::as_table_mut)
-            && push.contains_key("pendulum")
+            && let Some(pendulum) = push.get_mut("pendulum")
         {
+            if let Some(pendulum) = pendulum.as_table_mut() {
+                let mass_kg = pendulum.entry("mass_kg");
+                mass_kg.or_insert(of_size_class_kg(units).into());
+            }
             push.insert("impulse_n_s".into(), 0.0.into());
         }
         let mut campaign: Campaign = table.try_into()?;
@@ -464,7 +470,13 @@ impl Campaign {
             )
         })?;
         let kind = match &*at {
-            quantity if quantity.get("uniform").or(quantity.get("normal")).is_some() => FORMS,
+            quantity
+                if ["uniform", "normal", "each"]
+                    .iter()
+                    .any(|key| quantity.get(*key).is_some()) =>
+            {
+                FORMS
+            }
             toml::Value::Table(_) => "a table",
             other => other.type_str(),
         };
@@ -794,7 +806,7 @@ pub(crate) mod tests {
     #[test]
     fn errors_of_an_assignment_name_the_key_and_what_is_accepted() {
         let forms =
-            "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+            "string \"hard\"; accepted: a number, { uniform = [a, b] }, { normal = [mean, sd] } or { each = [a, b, ...] }";
         for (bad, expected) in [
             ("push.impulse_n_s=nan", &["push.impulse_n_s = NaN"][..]),
             (
@@ -804,7 +816,7 @@ pub(crate) mod tests {
             ("push.impulse_n_s=hard", &["--set", forms]),
             (
                 "push.impulse_n_s={unifrom=[1, 2]}",
-                &["unifrom", "`uniform` or `normal`"],
+                &["unifrom", "one of `uniform`, `normal`, `each`"],
             ),
             (
                 "push.impulse_n_s={uniform=[1, 2], normal=[1, 2]}",

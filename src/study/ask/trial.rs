@@ -57,12 +57,15 @@ fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
 pub fn push(campaign: &Campaign, trial: u64) -> Push {
     let spec = &campaign.push;
     let bounds = campaign.push_bounds();
-    let draw = |distribution, bounds, quantity| {
-        draw(
-            distribution,
-            bounds,
-            &mut stream(campaign.seed, trial, quantity),
-        )
+    // Lists are taken in turn, each once for every combination of those before it.
+    let mut turn = trial;
+    let mut draw = |distribution, bounds, quantity| match distribution {
+        Distribution::Each { each } => {
+            let (values, at) = (each.list(), turn);
+            turn /= values.len() as u64;
+            values[(at % values.len() as u64) as usize]
+        }
+        other => draw(other, bounds, &mut stream(campaign.seed, trial, quantity)),
     };
     let impulse_n_s = match &spec.pendulum {
         // The drawback takes the place of the impulse.
@@ -235,6 +238,8 @@ fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rn
                 return value;
             }
         },
+        // Only a push has lists, and takes them in turn.
+        Distribution::Each { each } => each.list()[0],
     }
 }
 
@@ -406,6 +411,46 @@ mod tests {
                 .iter()
                 .all(|campaign| sensor_errors(campaign, 3).is_none())
         );
+    }
+
+    #[test]
+    fn lists_are_taken_in_turn_in_all_combinations() {
+        let listed = campaign(&[
+            "push.impulse_n_s={each=[1, 2, 3]}",
+            "push.heading_deg={each=[0, 90]}",
+        ]);
+        let drawn = (0..6).map(|i| push(&listed, i));
+        let pairs: Vec<_> = drawn
+            .map(|push| (push.impulse_n_s, push.heading_deg))
+            .collect();
+        let first = [(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)];
+        assert_eq!(pairs[..3], first);
+        assert_eq!(
+            pairs[3..],
+            first.map(|(impulse_n_s, _)| (impulse_n_s, 90.0))
+        );
+        assert_eq!(push(&listed, 605).impulse_n_s, 3.0);
+        for (set, words) in [
+            (
+                "variations.friction={each=[0.5, 1]}",
+                "only [push] takes a list",
+            ),
+            (
+                "push.heading_deg={each=[0, 400]}",
+                "push.heading_deg.each = 400",
+            ),
+            (
+                "push.heading_deg={each=[]}",
+                "a list of 0 values, expected 1 to 24",
+            ),
+        ] {
+            let overrides = crate::ask::spec::Overrides {
+                set: vec![set.into()],
+                ..Default::default()
+            };
+            let error = Campaign::load("standard", &overrides).unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+        }
     }
 
     #[test]

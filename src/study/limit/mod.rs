@@ -10,7 +10,7 @@ mod pendulum_bounds;
 mod search;
 
 use crate::ask::bounds::in_range;
-use crate::ask::push::PendulumSpec;
+use crate::ask::pendulum::PendulumSpec;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::batch::{Batch, Jobs, SearchTask};

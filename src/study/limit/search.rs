@@ -1,14 +1,13 @@
 //! The search at one heading with one controller, by trials of the campaign with another impulse and heading of the
 //! push.
 
-use crate::ask::push::PendulumSpec;
+use crate::ask::pendulum::{PendulumSpec, robocup_m};
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::batch::Batch;
 use crate::plan::PreparedCampaign;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use standfast_core::error::Result;
-use standfast_core::robot::Units;
 use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome, Record};
 use standfast_stats::psychometric::{ImpulseEstimate, Posterior, Rule};
@@ -66,8 +65,7 @@ pub struct PendulumLimit {
     pub draw50_ci95_m: [f64; 2],
     /// Impulse on the robot from that drawback (N s), in the first trial of the search; None if the robot fell before.
     pub transmitted_n_s: Option<f64>,
-    /// Ranking metric of RoboCup's push recovery at the drawback: sqrt(H) / h_c * m_B / m_R * h_i / h_c, with the height H
-    /// (m) from which the bob falls, its mass m_B and height h_i at the strike, and mass m_R and COM height h_c of the robot.
+    /// [`robocup_m`](crate::ask::pendulum::robocup_m) at the drawback.
     pub robocup_m: f64,
 }
 
@@ -290,18 +288,11 @@ impl LimitSearch<'_> {
         let (bob, heading_deg) = (pendulum.bob(), self.heading_deg);
         let trial = first_trial(heading_deg);
         let disturbance = pushed(self.campaign, trial, limit.at_n_s, heading_deg, 0.0);
-        let Units {
-            mass_kg,
-            length_m: height_m,
-            ..
-        } = self.campaign.units;
-        let strike_m = height_m + disturbance.pushes[0].height_m;
+        let (height_m, draw50_m) = (disturbance.pushes[0].height_m, bob.draw_m(limit.at_n_s));
         let totals = self.record(disturbance)?.totals;
-        let fall_m = bob.fall_m(bob.draw_m(limit.at_n_s));
-        let share = bob.mass_kg / mass_kg;
         Ok(PendulumLimit {
-            robocup_m: fall_m.sqrt() / height_m * share * strike_m / height_m,
-            draw50_m: bob.draw_m(limit.at_n_s),
+            robocup_m: robocup_m(&bob, draw50_m, height_m, &self.campaign.units),
+            draw50_m,
             draw50_ci95_m: limit.ci95.map(|n_s| bob.draw_m(n_s)),
             transmitted_n_s: totals.get("bob_impulse_n_s"),
         })

@@ -13,6 +13,7 @@ use crate::verdict::headline;
 use crate::verdict::listed::listed;
 use crate::verdict::pairs::{DecisionRule, PairSummary, every_pair};
 use crate::verdict::strata::strata;
+use crate::verdict::strikes::{self, Strikes};
 use crate::verdict::trial_columns::TrialColumns;
 use crate::verdict::warnings;
 use serde::Serialize;
@@ -60,6 +61,9 @@ pub struct Summary {
     /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,
     pub controllers: Vec<ControllerSummary>,
+    /// What the strikes of a pendulum came to, by controller; empty without one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub strikes: Vec<Strikes>,
     /// The controller of which all others are variants, if there is one. Its pairs come first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
@@ -127,6 +131,7 @@ impl Summary {
                 false => INTERVAL,
             },
             controllers,
+            strikes: strikes::of(campaign, rows),
             reference,
             pairs,
             gates: gates.judged(rows),

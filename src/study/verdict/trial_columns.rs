@@ -29,6 +29,8 @@ pub struct TrialColumns {
 #[derive(Debug, Clone, PartialEq, Default)]
 struct OfController {
     ended: Vec<EpisodeEnd>,
+    /// Impulses that a bob gave to the robot (N s); empty without a pendulum.
+    struck_n_s: Vec<f64>,
     counted: Counted,
 }
 
@@ -104,8 +106,13 @@ impl TrialColumns {
             if row.trial >= self.trials() {
                 self.drawn.push(row);
             }
-            let OfController { ended, counted } = &mut self.controllers[controller];
+            let OfController {
+                ended,
+                struck_n_s,
+                counted,
+            } = &mut self.controllers[controller];
             ended.push(EpisodeEnd::of(row));
+            struck_n_s.extend(row.record.totals.get("bob_impulse_n_s"));
             let is_moving = row
                 .record
                 .com_speed_at_push_m_s
@@ -121,6 +128,11 @@ impl TrialColumns {
     /// How each trial of controller number `controller` ended, from trial 0.
     pub fn of(&self, controller: usize) -> &[EpisodeEnd] {
         &self.controllers[controller].ended
+    }
+
+    /// The impulse that the bob gave to the robot in each trial (N s), from trial 0; empty without a pendulum.
+    pub fn struck_n_s(&self, controller: usize) -> &[f64] {
+        &self.controllers[controller].struck_n_s
     }
 
     pub fn counted(&self, controller: usize) -> &Counted {
