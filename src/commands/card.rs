@@ -1,6 +1,6 @@
 //! `standfast card`: one page about a robot with a controller to hang up in a lab, with pushes to try on hardware.
 
-use super::arguments::{DryRunArgs, MOST_THREADS, SettingArgs, count, fine, number};
+use super::arguments::{DryRunArgs, MOST_THREADS, PendulumArgs, SettingArgs, count, fine, number};
 use super::batch::{BatchArgs, write_once};
 use super::interrupt::stop_on_ctrl_c;
 use super::terminal::{note, print};
@@ -20,6 +20,7 @@ use std::process::ExitCode;
   standfast card                          UT-mu2 with catch, ten minutes
   standfast card g1.urdf --controller mine.toml -o lab
   standfast card ut-mu2 --controller hold --trials 40       a quick look
+  standfast card --pendulum 1kg,1.75m     strikes by a bob on a rope, as D in metres
   standfast compare --observed lab/observed.csv             after the experiment
 
 The folder of --out gets card.html, which prints on A4, card.json, and
@@ -40,6 +41,8 @@ pub struct CardArgs {
     pub controller: String,
     #[command(flatten)]
     pub settings: SettingArgs,
+    #[command(flatten)]
+    pub pendulum: PendulumArgs,
     /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = count::<usize>(1..=MOST_HEADINGS as u64))]
     pub headings: usize,
@@ -73,11 +76,12 @@ pub struct CardArgs {
 
 /// Makes the card, prints its text and writes it.
 pub fn run(args: &CardArgs) -> Result<ExitCode> {
-    let overrides = Overrides {
+    let mut overrides = Overrides {
         robot: Some(args.robot.clone()),
         controllers: vec![args.controller.clone()],
         ..args.settings.overrides()
     };
+    overrides.set.extend(args.pendulum.change(None));
     let files = Campaign::robot_files("standard", &overrides)?;
     let campaign = card::campaign(&files.robot()?, &overrides)?;
     let [campaign] = &campaign.of_each_entrant()[..] else {

@@ -35,6 +35,7 @@ pub fn page(card: &Card, folder: &Path) -> Result<String> {
             "fifty": format!("{:.2}", limit.impulse50_n_s),
             "interval": limit.ci95.map(|end| format!("{end:.2}")).join("\u{2013}"),
             "dv": format!("{:.2}", limit.dv_m_s),
+            "draw": limit.pendulum.map(|of| format!("{:.2}", of.draw50_m)),
             "ninety": n_s(limit.impulse90_n_s),
             "safe": n_s(limit.safe_n_s),
             "resolved": limit.resolved,
@@ -59,13 +60,19 @@ pub fn page(card: &Card, folder: &Path) -> Result<String> {
         let [low, high] = push.predicted_ci95.map(|end| format!("{:.0}", 100.0 * end));
         pushes.push(json!({
             "push": push.push,
-            "impulse": push.impulse_n_s,
+            "impulse": match push.draw_m {
+                Some(draw_m) => format!("{draw_m:.2}"),
+                None => push.impulse_n_s.to_string(),
+            },
             "heading": heading_words(push.heading_deg),
             "predicted": text::share(push.predicted),
             "interval": format!("{low}\u{2013}{high} %"),
         }));
     }
     let first = &card.pushes[0];
+    let bob = limits
+        .pendulum
+        .map(|of| format!("{} kg on a rope of {} m", of.mass_kg, of.rope_m));
     let height_m = first.height_m;
     let at = match height_m == 0.0 {
         true => format!("level with {}", card.height_from),
@@ -102,6 +109,7 @@ pub fn page(card: &Card, folder: &Path) -> Result<String> {
         "overdispersion": card.overdispersion.map(|ratio| format!("{ratio:.1}")),
         "duration_ms": format!("{:.0}", 1e3 * first.duration_s),
         "at": at,
+        "bob": bob,
         "com_height_m": format!("{:.2}", limits.pendulum_bounds.com_height_m),
         "link": limits.pendulum_bounds.push_link,
         "command": text::compare_command(folder),

@@ -111,7 +111,9 @@ pub fn compare_command(folder: &Path) -> String {
 pub fn card(card: &Card, folder: &Path) -> String {
     let mut text = wrapped("", &together(&conclusion(card)));
     text += &wrapped("", &together(&most_expensive(card)));
-    let columns = ["push", "N s", "heading", "survived"].map(number);
+    let has_bob = card.limits.pendulum.is_some();
+    let hard = if has_bob { "D [m]" } else { "N s" };
+    let columns = ["push", hard, "heading", "survived"].map(number);
     let mut table = Table {
         title: "To try on hardware first".into(),
         columns: columns.into(),
@@ -122,7 +124,7 @@ pub fn card(card: &Card, folder: &Path) -> String {
         let [least, most] = push.predicted_ci95.map(share);
         table.rows.push(vec![
             cell(push.push),
-            cell(push.impulse_n_s),
+            cell(push.draw_m.unwrap_or(push.impulse_n_s)),
             cell(push.heading_deg),
             cell(format!("{} ({least} to {most})", share(push.predicted))),
         ]);

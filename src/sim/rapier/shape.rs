@@ -3,7 +3,7 @@
 use super::convert::{pose_to_rapier, vec_from_rapier, vec_to_rapier};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::parry::query;
-use rapier3d::prelude::{Real, SharedShape};
+use rapier3d::prelude::{Real, SharedShape, TriMesh, TriMeshFlags};
 use standfast_core::robot::mesh::{Mesh, bounds};
 use standfast_core::robot::{Kinematics, Robot, Shape};
 
@@ -118,7 +118,7 @@ impl Surface {
         for (i, link) in robot.links.iter().enumerate() {
             for solid in &link.collisions {
                 let (shape, pose) = placed(&solid.shape, solid.pose);
-                solids.push((i, shape, pose));
+                solids.push((i, faces_of_hull(&shape).unwrap_or(shape), pose));
             }
         }
         Self(solids)
@@ -157,6 +157,14 @@ impl Surface {
         }
         nearest
     }
+}
+
+/// The faces of a hull, if the shape is one. The nearest point of a face is exact; that of a hull is searched step by step, and
+/// was up to 7 mm off on the pelvis of a robot of 1.3 m.
+fn faces_of_hull(shape: &SharedShape) -> Option<SharedShape> {
+    let (points, faces) = shape.as_convex_polyhedron()?.to_trimesh();
+    let faces = TriMesh::with_flags(points, faces, TriMeshFlags::ORIENTED).ok()?;
+    Some(SharedShape::new(faces))
 }
 
 #[cfg(test)]
@@ -280,5 +288,42 @@ mod tests {
             .len(),
             1
         );
+    }
+
+    /// The gap to a hull cannot change by more than the way of the point.
+    #[test]
+    fn the_gap_to_a_hull_is_continuous() {
+        const STEP_M: f64 = 1e-3;
+        let mut points = Vec::new();
+        for i in 0..1000 {
+            let height = 1.0 - 0.002 * f64::from(i);
+            let (sin, cos) = (2.4 * f64::from(i)).sin_cos();
+            let across = (1.0 - height * height).max(0.0).sqrt();
+            points.push(Point3::new(
+                0.05 * across * cos,
+                0.09 * across * sin,
+                0.08 * height,
+            ));
+        }
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
+        let solids = robot.links.iter_mut().map(|link| &mut link.collisions);
+        let mut solid = solids.map(std::mem::take).flatten().next().unwrap();
+        solid.shape = Shape::Mesh(Arc::new(Mesh::new(points, Vec::new())));
+        solid.pose = Isometry3::identity();
+        robot.links[0].collisions.push(solid);
+        let (kinematics, surface) = (Kinematics::at_home(&robot), Surface::of(&robot));
+        let middle = kinematics.link_pose(0) * Point3::origin();
+        let mut worst = 0.0_f64;
+        for line in 0..20 {
+            let aside = Vector3::new(0.0, 0.004, 0.006) * f64::from(line);
+            let gap_m = |step: i32| {
+                let at = middle + aside + Vector3::x() * (0.06 + STEP_M * f64::from(step));
+                surface.nearest(&kinematics, &at).unwrap().gap_m
+            };
+            for step in 0..100 {
+                worst = worst.max((gap_m(step + 1) - gap_m(step)).abs());
+            }
+        }
+        assert!(worst < 1.01 * STEP_M, "{worst}");
     }
 }

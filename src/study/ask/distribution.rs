@@ -76,11 +76,14 @@ impl Distribution {
         }
     }
 
-    /// The values of which a check can be made in place of all: those of a list, the ends and the middle of a range, or the
-    /// mean.
-    pub(crate) fn samples(&self) -> Vec<f64> {
+    /// Values of which a check can be made in place of all: those of a list, `count` (2 or more) of a range with its ends, or
+    /// the mean.
+    pub(crate) fn samples(&self, count: usize) -> Vec<f64> {
         match *self {
-            Distribution::Uniform { uniform: [a, b] } => vec![a, 0.5 * (a + b), b],
+            Distribution::Uniform { uniform: [a, b] } => {
+                let share = |i: usize| i as f64 / (count - 1) as f64;
+                (0..count).map(|i| a + (b - a) * share(i)).collect()
+            }
             Distribution::Each { each } => each.into(),
             other => vec![other.mean()],
         }

@@ -130,9 +130,9 @@ impl PushSpec {
         };
         let bob = pendulum.bob();
         // The farthest drawback sweeps the largest way.
-        let most_m = pendulum.draw_m.samples().into_iter().fold(0.0, f64::max);
-        for height_m in self.height_m.samples() {
-            for heading_deg in self.heading_deg.samples() {
+        let most_m = pendulum.draw_m.samples(2).into_iter().fold(0.0, f64::max);
+        for height_m in self.height_m.samples(3) {
+            for heading_deg in self.heading_deg.samples(9) {
                 let push = Push {
                     heading_deg,
                     height_m,

@@ -805,8 +805,7 @@ pub(crate) mod tests {
 
     #[test]
     fn errors_of_an_assignment_name_the_key_and_what_is_accepted() {
-        let forms =
-            "string \"hard\"; accepted: a number, { uniform = [a, b] }, { normal = [mean, sd] } or { each = [a, b, ...] }";
+        let forms = "string \"hard\"; accepted: a number, { uniform = [a, b] }, { normal = [mean, sd] } or { each = [a, b, ...] }";
         for (bad, expected) in [
             ("push.impulse_n_s=nan", &["push.impulse_n_s = NaN"][..]),
             (

@@ -156,7 +156,11 @@ pub struct Loss {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CardPush {
     pub push: u64,
+    /// Impulse (N s), or momentum of a bob.
     pub impulse_n_s: f64,
+    /// Drawback of the bob (m); None for a force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub draw_m: Option<f64>,
     pub heading_deg: f64,
     pub height_m: f64,
     pub duration_s: f64,
@@ -191,6 +195,8 @@ pub struct CardSearch<'a> {
     campaign: &'a Campaign,
     options: CardOptions,
     searches: Searches<'a>,
+    /// The quantities of the variants.
+    factors: Vec<&'static str>,
     /// The robot as designed, with each quantity in turn, and with all.
     variants: Vec<Campaign>,
     pub limit_jobs: Jobs,
@@ -207,8 +213,10 @@ pub fn campaign(robot: &Robot, overrides: &Overrides) -> Result<Campaign> {
     let usual = ["push.height=0.0", "push.duration=0.2813"].map(String::from);
     overrides.set.splice(0..0, usual);
     let mut campaign = Campaign::load_for(robot, "standard", &overrides)?;
-    for distribution in [&mut campaign.push.height_m, &mut campaign.push.duration_s] {
-        *distribution = Distribution::Constant(two_digits(distribution.mean()));
+    let push = &mut campaign.push;
+    push.height_m = Distribution::Constant(two_digits(push.height_m.mean()));
+    if push.pendulum.is_none() {
+        push.duration_s = Distribution::Constant(two_digits(push.duration_s.mean()));
     }
     Ok(campaign)
 }
@@ -222,7 +230,8 @@ impl<'a> CardSearch<'a> {
             options.trials as f64,
             [1.0, MOST_TRIALS as f64],
         )?;
-        let harsh = Campaign::load_for(&files.robot()?, "harsh", &Overrides::default())?;
+        let robot = files.robot()?;
+        let harsh = Campaign::load_for(&robot, "harsh", &Overrides::default())?;
         let of_limits = LimitOptions {
             headings: options.headings,
             precision_n_s: options.precision_n_s,
@@ -240,17 +249,23 @@ impl<'a> CardSearch<'a> {
         designed.push.start_s = harsh.push.start_s;
         let mut variants = vec![designed.clone()];
         let mut together = designed.clone();
-        for (_, change) in FACTORS {
+        let mut factors = Vec::new();
+        for (name, change) in FACTORS {
             let mut variant = designed.clone();
             change(&mut variant, &harsh);
-            change(&mut together, &harsh);
-            variants.push(variant);
+            // At some height a bob may pass the robot by.
+            if variant.push.on(&robot, "harsh").is_ok() {
+                change(&mut together, &harsh);
+                factors.push(name);
+                variants.push(variant);
+            }
         }
         variants.push(together);
         Ok(Self {
             campaign,
             limit_jobs: searches.jobs.clone(),
             searches,
+            factors,
             variants,
             trial_jobs: Jobs::kept_one_by_one("trial", options.trials as usize),
             push_jobs: Jobs::kept_one_by_one("push", options.pushes),
@@ -374,13 +389,21 @@ impl<'a> CardSearch<'a> {
         for (group, heading) in limits.headings.iter().enumerate() {
             let limit = &heading.controllers[0];
             for level in LEVELS {
-                let impulse_n_s = two_digits(level * limit.impulse50_n_s);
+                let impulse_n_s = level * limit.impulse50_n_s;
+                let bob = self.campaign.push.pendulum.map(|pendulum| pendulum.bob());
+                // What is set by hand has few digits.
+                let draw_m = bob.map(|bob| (100.0 * bob.draw_m(impulse_n_s)).round() / 100.0);
+                let impulse_n_s = match (bob, draw_m) {
+                    (Some(bob), Some(draw_m)) => bob.momentum_n_s(draw_m),
+                    _ => two_digits(impulse_n_s),
+                };
                 if impulse_n_s <= 0.0 {
                     continue;
                 }
                 let push = CardPush {
                     push: 0,
                     impulse_n_s,
+                    draw_m,
                     heading_deg: heading.heading_deg,
                     height_m: self.campaign.push.height_m.mean(),
                     duration_s: self.campaign.push.duration_s.mean(),
@@ -438,7 +461,7 @@ impl<'a> CardSearch<'a> {
             let ends = trials.iter().filter(|ends| ends[variant].is_none());
             ends.count() as u64
         };
-        let level = each_of(FACTORS.len() + 1, 0.95);
+        let level = each_of(self.factors.len() + 1, 0.95);
         let cost = |variant: usize, name: &str, spread: String| {
             let outcomes = trials.iter();
             let outcomes = outcomes.map(|ends| (ends[variant].is_none(), ends[0].is_none()));
@@ -452,7 +475,7 @@ impl<'a> CardSearch<'a> {
             }
         };
         let mut factors = Vec::new();
-        for (i, (name, _)) in FACTORS.into_iter().enumerate() {
+        for (i, name) in self.factors.iter().enumerate() {
             factors.push(cost(
                 i + 1,
                 name,
