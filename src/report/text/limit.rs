@@ -155,6 +155,10 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     text += &format!("\n{}", table.text());
     if limits.pendulum.is_some() {
         text += &format!("\n{}", draws(limits).text());
+        text += &wrapped(
+            "",
+            "A strike has the momentum of the bob as its impulse. The pendulum bounds are for the impulse that goes to the robot.",
+        );
     }
     if y.height_factor < 1.0 {
         let factor = format!("it is the first times {:.3}.", y.height_factor);
