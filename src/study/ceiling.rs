@@ -7,7 +7,9 @@
 //! knows the push, the robot and the ground, since it has tried them before. But it moves only after the push has
 //! begun, and it has the same rules and readings as the controller.
 //!
-//! A push that the clairvoyant catches can be caught. A push that the clairvoyant loses proves nothing.
+//! A recovery counts if it is no luck: if it also holds for most of the [`NEIGHBOURS`], pushes that are a little weaker or
+//! harder, earlier or later, with other noise of the sensors. The search maximises the number of neighbours that are survived.
+//! A push that the clairvoyant so catches can be caught. A push that the clairvoyant loses proves nothing.
 
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
@@ -27,7 +29,7 @@ use standfast_core::lipm::catching::{DEPARTURES, Departure, Departures};
 use standfast_core::socket::PreparedController;
 use standfast_robots::urdf::Files;
 use standfast_sim::Push;
-use standfast_sim::episode::{ClosedLoop, Footstep, Outcome, Record};
+use standfast_sim::episode::{ClosedLoop, Disturbance, Footstep, Outcome, Record};
 use standfast_stats::rate::SuccessCount;
 
 /// Number of search variables: all numbers of all departures.
@@ -38,6 +40,9 @@ const SPREAD: [f64; Departure::NUMBERS] = [
 ];
 /// Number of tries in one generation of CMA-ES.
 const GENERATION: usize = 24;
+/// Number of neighbours of a push, and how many of them a recovery has to survive.
+pub const NEIGHBOURS: usize = 8;
+pub const HELD: usize = 6;
 /// First step size of CMA-ES, in spreads. A search that has converged starts again with this step size.
 const STEP: f64 = 1.0;
 
@@ -99,15 +104,21 @@ pub struct LostTrial {
     pub of_n_step_bound: Option<f64>,
     pub fell_at_s: Option<f64>,
     pub footsteps: Vec<Footstep>,
+    /// Number of neighbours that the controller survives alone.
+    pub alone_held: usize,
     /// Number of tries of the clairvoyant.
     pub tries: u64,
-    /// How it recovers; None if it does not.
+    /// The largest number of neighbours that a recovery from the push survived; None if none was found.
+    pub most_held: Option<usize>,
+    /// How it recovers from the push and from [`HELD`] neighbours or more; None if it does not.
     pub found: Option<Recovery>,
 }
 
 /// How the clairvoyant recovers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recovery {
+    /// Number of neighbours that are survived.
+    pub held: usize,
     /// The departures that the recovery needs: any number whose removal the robot survives is set to zero.
     pub departures: Vec<Departure>,
     pub footsteps: Vec<Footstep>,
@@ -226,25 +237,36 @@ impl<'a> CeilingSearch<'a> {
             pendulum_bounds,
             ..
         } = self;
-        let disturbance = trial::disturbance(campaign, number);
-        let pushes = disturbance.pushes.clone();
-        let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance)
-            .before(pushes[0].start_s);
-        let again = RepeatedTrial {
-            begun,
-            pushes,
+        let begin = |disturbance: Disturbance| {
+            let pushes = disturbance.pushes.clone();
+            let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance);
+            (begun.before(pushes[0].start_s), pushes)
+        };
+        let mut again = RepeatedTrial {
+            begun: vec![begin(trial::disturbance(campaign, number))],
             batch,
         };
-        let record = again.record(&Departures::default());
+        let record = again.record(0, &Departures::default());
         if record.outcome.is_success() {
             return Ok(None);
         }
-        let (tries, found) = self.search(number, &again)?;
+        for neighbour in 0..NEIGHBOURS {
+            again.begun.push(begin(trial::neighbour(
+                campaign, number, neighbour, NEIGHBOURS,
+            )));
+        }
+        let held = |lost: &[Record]| NEIGHBOURS - lost.len();
+        let alone_held = held(&again.lost_neighbours(&Departures::default()));
+        let Found {
+            tries,
+            most_held,
+            recovery,
+        } = self.search(number, &again)?;
         let Push {
             impulse_n_s,
             heading_deg,
             ..
-        } = again.pushes[0];
+        } = again.begun[0].1[0];
         let bounds = pendulum_bounds.heading(heading_deg);
         Ok(Some(LostTrial {
             trial: number,
@@ -258,29 +280,37 @@ impl<'a> CeilingSearch<'a> {
                 .map(|bound_n_s| impulse_n_s / bound_n_s),
             fell_at_s: record.fell_at_s,
             footsteps: record.footsteps.taken,
+            alone_held,
             tries,
-            found,
+            most_held,
+            found: recovery,
         }))
     }
 
-    /// Searches departures with which the robot recovers. Returns the number of tries and the recovery, if one was
-    /// found.
-    fn search(&self, number: u64, again: &RepeatedTrial) -> Result<(u64, Option<Recovery>)> {
+    /// Searches departures with which the robot recovers from the push and from most of its neighbours.
+    fn search(&self, number: u64, again: &RepeatedTrial) -> Result<Found> {
         let begin = |round: u64| {
             let seed = self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50);
             CmaEs::new(vec![0.0; NUMBERS], STEP, GENERATION, seed)
         };
-        let (mut tries, mut round) = (0, 0);
+        let (mut tries, mut round, mut most_held) = (0, 0, None);
         let mut search = begin(round);
         while tries < self.options.tries {
             again.batch.go_on()?;
             let points = search.ask();
-            let cost =
-                |point: &DVector<f64>| self.cost(&again.record(&departures(point.as_slice())));
-            let costs: Vec<f64> = points.par_iter().map(cost).collect();
+            let tried = |point: &DVector<f64>| self.tried(again, &departures(point.as_slice()));
+            let (costs, held): (Vec<f64>, Vec<Option<usize>>) =
+                points.par_iter().map(tried).unzip();
             tries += GENERATION as u64;
-            if let Some(found) = costs.iter().position(|cost| *cost <= 0.0) {
-                return Ok((tries, Some(again.simplest(points[found].as_slice()))));
+            let best = (0..held.len()).max_by_key(|i| (held[*i], std::cmp::Reverse(*i)));
+            let best = best.filter(|best| held[*best].is_some());
+            most_held = most_held.max(best.and_then(|best| held[best]));
+            if let Some(best) = best.filter(|best| held[*best] >= Some(HELD)) {
+                return Ok(Found {
+                    tries,
+                    most_held,
+                    recovery: Some(self.simplest(again, points[best].as_slice())),
+                });
             }
             search.tell(&points, &costs);
             // A search that has converged starts again with other random numbers.
@@ -289,7 +319,52 @@ impl<'a> CeilingSearch<'a> {
                 search = begin(round);
             }
         }
-        Ok((tries, None))
+        Ok(Found {
+            tries,
+            most_held,
+            recovery: None,
+        })
+    }
+
+    /// The cost of departures, and how many neighbours are survived; None if the push itself is not. The cost is that of the
+    /// push, and if the push is survived, the share of the neighbours that are lost; the later they fall, the less.
+    fn tried(&self, again: &RepeatedTrial, departures: &Departures) -> (f64, Option<usize>) {
+        let record = again.record(0, departures);
+        if !record.outcome.is_success() {
+            return (self.cost(&record), None);
+        }
+        let lost = again.lost_neighbours(departures);
+        let most = 2.0 + self.campaign.episode.horizon_s;
+        let cost: f64 = lost
+            .iter()
+            .map(|record| 0.5 + 0.5 * self.cost(record) / most)
+            .sum();
+        (cost / NEIGHBOURS as f64, Some(NEIGHBOURS - lost.len()))
+    }
+
+    /// Sets the numbers of a recovery to zero one after the other, and keeps each zero with which enough neighbours are
+    /// survived.
+    fn simplest(&self, again: &RepeatedTrial, numbers: &[f64]) -> Recovery {
+        let mut numbers = numbers.to_vec();
+        let held_with = |numbers: &[f64]| self.tried(again, &departures(numbers)).1;
+        for i in 0..numbers.len() {
+            let kept = std::mem::take(&mut numbers[i]);
+            if held_with(&numbers) < Some(HELD) {
+                numbers[i] = kept;
+            }
+        }
+        let held = held_with(&numbers).unwrap_or_default();
+        let footsteps = again.record(0, &departures(&numbers)).footsteps.taken;
+        let mut departures = departures(&numbers).to_vec();
+        while departures
+            .pop_if(|last| *last == Departure::default())
+            .is_some()
+        {}
+        Recovery {
+            held,
+            departures,
+            footsteps,
+        }
     }
 
     /// How far an episode is from recovery: 0 if the robot recovers, and the larger the sooner it falls.
@@ -305,17 +380,26 @@ impl<'a> CeilingSearch<'a> {
     }
 }
 
-/// A trial up to its push, to be run on again and again.
+/// The end of a search.
+struct Found {
+    tries: u64,
+    most_held: Option<usize>,
+    recovery: Option<Recovery>,
+}
+
+/// A trial and its neighbours, each up to its push, to be run on again and again.
 struct RepeatedTrial<'a> {
-    begun: ClosedLoop<'a>,
-    pushes: Vec<Push>,
+    /// The trial first.
+    begun: Vec<(ClosedLoop<'a>, Vec<Push>)>,
     batch: &'a Batch<'a>,
 }
 
 impl RepeatedTrial<'_> {
-    fn record(&self, departures: &Departures) -> Record {
+    /// The record of number `which` of `begun`.
+    fn record(&self, which: usize, departures: &Departures) -> Record {
+        let (begun, pushes) = &self.begun[which];
         let run = |controllers: &[usize]| {
-            let again = self.begun.with(controllers, self.pushes.clone());
+            let again = begun.with(controllers, pushes.clone());
             let mut again = again.expect("a gain set's controller can be copied");
             for controller in again.controllers() {
                 depart(controller, departures);
@@ -329,29 +413,12 @@ impl RepeatedTrial<'_> {
         record
     }
 
-    /// Sets the numbers of a recovery to zero one after the other, and keeps each zero with which the robot still
-    /// recovers.
-    fn simplest(&self, numbers: &[f64]) -> Recovery {
-        let mut numbers = numbers.to_vec();
-        let mut record = self.record(&departures(&numbers));
-        for i in 0..numbers.len() {
-            let kept = std::mem::take(&mut numbers[i]);
-            let without = self.record(&departures(&numbers));
-            if without.outcome.is_success() {
-                record = without;
-            } else {
-                numbers[i] = kept;
-            }
-        }
-        let mut departures = departures(&numbers).to_vec();
-        while departures
-            .pop_if(|last| *last == Departure::default())
-            .is_some()
-        {}
-        Recovery {
-            departures,
-            footsteps: record.footsteps.taken,
-        }
+    /// The records of the neighbours that are lost.
+    fn lost_neighbours(&self, departures: &Departures) -> Vec<Record> {
+        let records = (1..self.begun.len()).map(|which| self.record(which, departures));
+        records
+            .filter(|record| !record.outcome.is_success())
+            .collect()
     }
 }
 

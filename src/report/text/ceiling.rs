@@ -6,7 +6,7 @@ use crate::text::layout::{percent, plant_options, signed, wrapped};
 use standfast_core::lipm::catching::Departure;
 use standfast_files::shell_word;
 use standfast_stats::rate::SuccessCount;
-use standfast_study::ceiling::{Ceiling, LostTrial};
+use standfast_study::ceiling::{Ceiling, HELD, LostTrial, NEIGHBOURS};
 use std::path::Path;
 
 /// Names of the numbers of a departure, in the order of [`Departure::numbers`].
@@ -61,6 +61,18 @@ pub fn text(ceiling: &Ceiling, folder: &Path, changes: &str) -> String {
         told(with_search)
     );
     text += &wrapped("search:   ", &more);
+    let lucky = ceiling.lost.iter().filter(|lost| {
+        let held = lost.most_held;
+        lost.found.is_none() && held.is_some()
+    });
+    let unlucky = ceiling.lost.iter().filter(|lost| lost.alone_held >= HELD);
+    let luck = format!(
+        "{} more were survived, but fewer than {HELD} of their {NEIGHBOURS} neighbours were; of the lost pushes, {controller} \
+         alone survives {HELD} neighbours or more of {}",
+        lucky.count(),
+        unlucky.count()
+    );
+    text += &wrapped("luck:     ", &luck);
     if ceiling.lost.is_empty() {
         return text;
     }
@@ -70,6 +82,8 @@ pub fn text(ceiling: &Ceiling, folder: &Path, changes: &str) -> String {
         number("heading"),
         number("of one"),
         number("tries"),
+        number("alone"),
+        number("held"),
         words("caught by"),
     ];
     let mut table = Table::new("", columns);
@@ -95,7 +109,20 @@ pub fn text(ceiling: &Ceiling, folder: &Path, changes: &str) -> String {
             lost.of_one_step_bound
                 .map_or(String::new(), |of| format!("{of:.2}")),
         ];
-        table.row(texts(numbers).chain([cell(lost.tries), cell(by)]));
+        let held = [
+            Some(lost.alone_held),
+            lost.found
+                .as_ref()
+                .map(|found| found.held)
+                .or(lost.most_held),
+        ];
+        let held = held.map(|held| held.map_or("-".into(), |held| format!("{held}/{NEIGHBOURS}")));
+        table.row(
+            texts(numbers)
+                .chain([cell(lost.tries)])
+                .chain(texts(held))
+                .chain([cell(by)]),
+        );
     }
     text += &format!("\n{}\n", table.text());
     let mut needed: Vec<(usize, &str)> = NAMES
@@ -119,8 +146,10 @@ pub fn text(ceiling: &Ceiling, folder: &Path, changes: &str) -> String {
     }
     text += &wrapped(
         "",
-        "`of one` is the ratio of the impulse to the pendulum bound with one footstep. `caught by` has what the robot does \
-         otherwise than the controller, footstep by footstep; without any one of these it falls. A foot is lifted when the \
+        "`of one` is the ratio of the impulse to the pendulum bound with one footstep. The neighbours of a push are up to 3 % \
+         weaker or harder, come up to 10 ms earlier or later, and have other noise; `alone` is how many of them the controller \
+         survives, and `held` how many the recovery does. `caught by` has what the robot does \
+         otherwise than the controller, footstep by footstep; without any one of these too many fall. A foot is lifted when the \
          DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
          in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",
     );

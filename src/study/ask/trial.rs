@@ -205,6 +205,27 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     }
 }
 
+/// One of `count` (2 or more) disturbances near that of a trial, for the same robot and ground: the first push is up to 3 %
+/// weaker or harder, all pushes come up to 10 ms earlier or later, and the errors of the sensors are others.
+pub fn neighbour(campaign: &Campaign, trial: u64, number: usize, count: usize) -> Disturbance {
+    const IMPULSE_SHARE: f64 = 0.03;
+    const LATE_S: f64 = 0.01;
+    /// Spreads the starts over the impulses.
+    const STRIDE: usize = 3;
+    let spread = |number: usize| 2.0 * (number % count) as f64 / (count - 1) as f64 - 1.0;
+    let mut near = disturbance(campaign, trial);
+    near.pushes[0].impulse_n_s *= 1.0 + IMPULSE_SHARE * spread(number);
+    for push in &mut near.pushes {
+        push.start_s = (push.start_s + LATE_S * spread(STRIDE * number)).max(0.0);
+    }
+    let other = Campaign {
+        seed: derived_seed(campaign.seed, number as u64),
+        ..campaign.clone()
+    };
+    near.sensor_errors = sensor_errors(&other, trial);
+    near
+}
+
 /// The record that a synthetic trial has with controller number `controller`. It takes no simulation. A higher number is a
 /// better controller. `hardness` is the first push as a multiple of the hardest push without a footstep.
 pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> Record {
@@ -450,6 +471,44 @@ mod tests {
             };
             let error = Campaign::load("standard", &overrides).unwrap_err();
             assert!(error.to_string().contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn neighbours_differ_a_little_in_push_and_noise_alone() {
+        const COUNT: usize = 8;
+        let campaign = campaign(&[]);
+        let of_trial = disturbance(&campaign, 3);
+        let near: Vec<_> = (0..COUNT)
+            .map(|i| neighbour(&campaign, 3, i, COUNT))
+            .collect();
+        let shares = near
+            .iter()
+            .map(|near| near.pushes[0].impulse_n_s / of_trial.pushes[0].impulse_n_s - 1.0);
+        let late_s = near
+            .iter()
+            .map(|near| near.pushes[0].start_s - of_trial.pushes[0].start_s);
+        for (differences, most) in [
+            (shares.collect::<Vec<f64>>(), 0.03),
+            (late_s.collect(), 0.01),
+        ] {
+            let mut sorted = differences.clone();
+            sorted.sort_by(f64::total_cmp);
+            sorted.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+            assert_eq!(sorted.len(), COUNT, "{differences:?}");
+            assert!((sorted[0] + most).abs() < 1e-12 && (sorted[COUNT - 1] - most).abs() < 1e-12);
+        }
+        let first_noise = |disturbance: &Disturbance| {
+            let mut numbers = [0.0; 3];
+            let errors = disturbance.sensor_errors.as_ref().unwrap();
+            errors
+                .normal
+                .draw(NoiseDraw::Tick(5), Sensor::Gyro, &mut numbers);
+            numbers
+        };
+        for near in &near {
+            assert_eq!(near.variation, of_trial.variation);
+            assert_ne!(first_noise(near), first_noise(&of_trial));
         }
     }
 
