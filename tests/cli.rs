@@ -1224,6 +1224,7 @@ fn help_and_completions_are_printed() {
     let dir = folder();
     for command in ["run", "limit"] {
         let help = stdout(&standfast(dir.path(), &[command, "--help"]).success());
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         let campaigns = format!("{}, or a TOML file", InputKind::Campaign.names().join(", "));
         assert!(
             help.contains("Examples:") && help.contains(&campaigns),

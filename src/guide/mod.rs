@@ -61,6 +61,8 @@ macro_rules! chapters {
         #[doc = "[onnx]: crate::guide::onnx"]
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[process]: crate::guide::process"]
+        #[doc = "[pendulum]: crate::guide::limits#a-pendulum-as-it-hangs-in-a-lab"]
+        #[doc = "[protocols]: crate::guide::limits#the-protocols-of-robocup-and-dysturbance"]
         #[doc = "[published]: crate::guide::published"]
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[tuned]: crate::guide::history#with-numbers-of-their-own"]

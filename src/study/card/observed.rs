@@ -261,6 +261,7 @@ mod tests {
         let push = |(i, predicted): (usize, &f64)| CardPush {
             push: i as u64 + 1,
             impulse_n_s: 5.0,
+            draw_m: None,
             heading_deg: 0.0,
             height_m: 0.0,
             duration_s: 0.05,
