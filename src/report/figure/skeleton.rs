@@ -198,7 +198,7 @@ pub fn of_film(film: &Film) -> String {
         let [color, of_rope] = pendulum::COLORS.map(Color::css);
         let radius = px(bob.radius_m * view.px_per_m);
         panel.add(format_args!(
-            "<path d=\"M{x},{y}L{bob_x},{bob_y}\" stroke=\"{of_rope}\"/><circle cx=\"{bob_x}\" cy=\"{bob_y}\" r=\"{radius}\" fill=\"{color}\"/>"
+            "<path d=\"M{x},{y}L{bob_x},{bob_y}\" stroke=\"{of_rope}\"/><circle cx=\"{bob_x}\" cy=\"{bob_y}\" r=\"{radius}\" style=\"fill:{color}\"/>"
         ));
     }
     draw_moment(&mut panel, &stage, now, &view, &MARKS);
