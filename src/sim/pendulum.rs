@@ -132,8 +132,8 @@ impl Strike {
         (!self.is_over).then_some([self.pivot, at])
     }
 
-    pub fn radius_m(&self) -> f64 {
-        self.bob.radius_m
+    pub fn bob(&self) -> &Bob {
+        &self.bob
     }
 
     /// The numbers of [`TOTALS`]: the drawback, the impulse on the robot along the heading of the push up to now, that as a
