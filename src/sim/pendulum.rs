@@ -48,6 +48,7 @@ pub struct Strike {
 pub struct FoamForce {
     pub from_s: f64,
     pub for_s: f64,
+    pub link: usize,
     /// On the robot (N).
     pub force: Vector3<f64>,
 }
@@ -247,6 +248,7 @@ impl Strike {
                 self.forces.push(FoamForce {
                     from_s: from_s + part as f64 * part_s,
                     for_s: part_s,
+                    link,
                     force: -normal * force_n,
                 });
             }

@@ -390,7 +390,10 @@ fn strikes(study: &Study) -> Value {
             let direction = push.direction();
             let high = struck.forces.iter();
             let high = high.filter(|foam| foam.force.dot(&direction) >= 0.5 * peak_n);
+            let links = struck.forces.chunk_by(|a, b| a.link == b.link);
+            let met = links.map(|foam| &study.robot.links[foam[0].link].name);
             told.push(json!({
+                "met": met.map(|name| name.replace('_', " ")).collect::<Vec<_>>(),
                 "from": from, "draw_m": record.totals.get("bob_draw_m"), "momentum_n_s": push.impulse_n_s,
                 "impulse_n_s": impulse.dot(&direction), "peak_n": peak_n,
                 "width_s": high.map(|foam| foam.for_s).sum::<f64>(), "trace_ms_n": trace,
