@@ -70,6 +70,7 @@ mod window {
     const COM: [u8; 3] = [0x7b, 0x3f, 0xa0];
     const DCM: [u8; 3] = [0x0b, 0x7a, 0x3b];
     const ZMP_WANTED: [u8; 3] = [0xff, 0x9f, 0x1c];
+    const BOB: [u8; 3] = [0xed, 0xa8, 0x26];
 
     #[test]
     fn without_a_display_one_line_says_so() {
@@ -196,10 +197,16 @@ mod window {
             return;
         };
         let folder = folder();
+        // A pendulum hangs drawn back all the time.
+        let campaign = "name = \"swung\"\nseed = 1\ntrials = 1\ncontrollers = [\"hold\"]\n[push]\nstart_s = 100\nheading_deg = -60\n\
+             [push.pendulum]\nmass_kg = 1\nrope_m = 1.75\ndraw_m = 0.2\n[episode]\nhorizon_s = 200\n";
+        std::fs::write(folder.path().join("swung.toml"), campaign).unwrap();
         let view = View::open(
             &display,
             folder.path(),
             &[
+                "swung.toml",
+                "--trial=0",
                 "--controller=switching",
                 "--controller=hold",
                 "--impulse=1.5",
@@ -225,6 +232,8 @@ mod window {
         };
         let shown = screen();
         shows_the_robot(&shown);
+        let bob = count(&shown, [0, PANEL_X], [0, HEIGHT], BOB, 30);
+        assert!(bob > 2000, "{bob} pixels of the bob");
         for color in [COM, DCM, ZMP_WANTED] {
             // Thin lines never have quite their nominal colour.
             assert!(

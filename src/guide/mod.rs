@@ -69,6 +69,7 @@ macro_rules! chapters {
         #[doc = "[tuning]: crate::guide::tuning"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
+        #[doc = "[gauge.svg]: ../../../../../assets/pictures/gauge.svg"]
         #[doc = "[ghost.png]: ../../../../../assets/pictures/ghost.png"]
         #[doc = "[limit-nominal.svg]: ../../../../../assets/pictures/limit-nominal.svg"]
         #[doc = "[map-nominal.svg]: ../../../../../assets/pictures/map-nominal.svg"]

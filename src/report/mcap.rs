@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | `/tf` | foxglove.FrameTransforms: each link in the frame `world` | every 10 ms |
 //! | `/robot` | foxglove.SceneUpdate: the shapes of the links | once |
-//! | `/forces` | foxglove.SceneUpdate: COM, DCM, ZMP as balls, forces as arrows | every 10 ms |
+//! | `/forces` | foxglove.SceneUpdate: COM, DCM, ZMP as balls, forces as arrows, bob and rope of a pendulum | every 10 ms |
 //! | `/joint_states` | foxglove.JointStates: angles, speeds and torques of the joints | every tick |
 //! | `/joint_commands` | foxglove.JointStates: commands to the joints | every tick |
 //! | `/trace` | standfast.Trace: the columns of the trace but those of joints, soles and base | every tick |
@@ -23,6 +23,7 @@ use standfast_core::robot::{Foot, Kinematics, Pose, Robot, Shape, Solid};
 use standfast_files::assets::{self, InputKind};
 use standfast_files::columns::meaning;
 use standfast_files::{AtomicFile, folder_of};
+use standfast_scene::pendulum;
 use standfast_sim::episode::Tick;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -39,6 +40,9 @@ const ARROW: f64 = 0.02;
 /// Length of the arrow of a force as large as the robot's weight, in COM heights.
 const WEIGHT: f64 = 0.5;
 const WORLD: &str = "world";
+
+/// The kinds of shapes.
+const KINDS: [&str; 4] = ["cubes", "spheres", "cylinders", "triangles"];
 
 /// The topics, each with its schema.
 const TOPICS: [(&str, &str); 6] = [
@@ -282,8 +286,7 @@ fn shapes(robot: &Robot) -> Value {
     let at = timestamp(0);
     let mut entities = Vec::new();
     for link in &robot.links {
-        let mut parts: [(&str, Vec<Value>); 4] =
-            ["cubes", "spheres", "cylinders", "triangles"].map(|kind| (kind, Vec::new()));
+        let mut parts = KINDS.map(|kind| (kind, Vec::new()));
         for solid in link.drawn() {
             let (kind, shape) = shape(solid);
             parts[kind].1.push(shape);
@@ -293,7 +296,7 @@ fn shapes(robot: &Robot) -> Value {
     json!({ "deletions": [], "entities": entities })
 }
 
-/// The shape of a solid, and the number of its kind in [`shapes`].
+/// The shape of a solid, and the number of its kind in [`KINDS`].
 fn shape(solid: &Solid) -> (usize, Value) {
     let (at, paint) = (pose(&solid.pose), color(solid.color));
     let sized = |kind: usize, x: f64, y: f64, z: f64| {
@@ -369,7 +372,25 @@ fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
             [0.9, 0.5, 0.1, 1.0],
         ));
     }
-    json!({ "deletions": [], "entities": [entity("forces", WORLD, at, &[("spheres", balls), ("arrows", arrows)])] })
+    let mut entities = vec![entity(
+        "forces",
+        WORLD,
+        at,
+        &[("spheres", balls), ("arrows", arrows)],
+    )];
+    if let Some(strike) = &truth.strike {
+        // Without parts it replaces the last bob, which is then gone.
+        let mut parts = KINDS.map(|kind| (kind, Vec::new()));
+        if let Some(rope) = truth.rope() {
+            for mut solid in pendulum::solids(strike.bob()) {
+                solid.pose = pendulum::pose(rope) * solid.pose;
+                let (kind, shape) = shape(&solid);
+                parts[kind].1.push(shape);
+            }
+        }
+        entities.push(entity("pendulum", WORLD, at, &parts));
+    }
+    json!({ "deletions": [], "entities": entities })
 }
 
 /// The JSON schema of a message. Foxglove uses its name; the properties tell a reader what to plot.

@@ -123,11 +123,8 @@ impl Trace {
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(value);
         }
-        let rope = truth
-            .strike
-            .as_ref()
-            .and_then(|strike| strike.rope_at(truth.time_s));
-        let bob = rope
+        let bob = truth
+            .rope()
             .into_iter()
             .flat_map(|[_, bob]| BOB.into_iter().zip([bob.x, bob.y, bob.z]));
         for (name, number) in report.numbers().chain(bob) {

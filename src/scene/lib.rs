@@ -12,6 +12,7 @@ mod ground;
 mod marks;
 pub mod mesh;
 pub mod palette;
+pub mod pendulum;
 mod sign;
 mod strokes;
 mod words;
@@ -23,9 +24,9 @@ use mesh::DrawnMesh;
 use nalgebra::{Isometry3, Point3};
 use palette::Overlay;
 pub use sign::{FlatShape, ScreenPoint};
-use standfast_core::robot::{Kinematics, Posture, Robot, SizeRatio};
-use standfast_sim::Ground;
+use standfast_core::robot::{Kinematics, Posture, Robot, SizeRatio, Solid};
 use standfast_sim::episode::Snapshot;
+use standfast_sim::{Ground, Push};
 pub use strokes::{Stroke, arrow, strokes};
 pub use words::{PHASES, doing, without_gain};
 
@@ -50,15 +51,15 @@ pub struct Stage<'a> {
     solids: Vec<Surface>,
 }
 
-/// A solid of the robot.
+/// A solid of the robot, or of a pendulum that pushes it.
 pub struct Surface {
-    /// Index into `Robot::links`.
-    pub link: usize,
+    /// Index into `Robot::links`; None for the pendulum.
+    pub link: Option<usize>,
     /// RGBA, 0 to 1.
     pub color: [f64; 4],
-    /// The mesh in the frame of the link (m).
+    /// The mesh in the frame of the link, or of the [pendulum] (m).
     pub mesh: DrawnMesh,
-    /// A ball that contains the solid: centre in the frame of the link, and radius (m).
+    /// A ball that contains the solid: its centre in that frame, and its radius (m).
     pub ball: (Point3<f64>, f64),
 }
 
@@ -66,20 +67,9 @@ impl<'a> Stage<'a> {
     pub fn new(robot: &'a Robot, ground: Ground) -> Self {
         let links = robot.links.iter().enumerate();
         let drawn = links.flat_map(|(i, link)| link.drawn().iter().map(move |solid| (i, solid)));
-        let solid = |(link, solid): (usize, &standfast_core::robot::Solid)| {
-            let (center, radius_m) = solid.shape.ball();
-            let (mesh, ball) = (
-                DrawnMesh::of(&solid.shape).at(&solid.pose),
-                (solid.pose * center, radius_m),
-            );
-            Surface {
-                link,
-                color: solid.color,
-                mesh,
-                ball,
-            }
-        };
-        let mut solids: Vec<Surface> = drawn.map(solid).collect();
+        let mut solids: Vec<Surface> = drawn
+            .map(|(link, solid)| Surface::of(Some(link), solid))
+            .collect();
         solids.sort_by_key(Surface::is_translucent);
         Self {
             robot,
@@ -87,6 +77,15 @@ impl<'a> Stage<'a> {
             ground,
             solids,
         }
+    }
+
+    /// Adds the pendulum of one of these pushes, if there is one.
+    pub fn with_pendulum(mut self, pushes: &[Push]) -> Self {
+        let bob = pushes.iter().find_map(|push| push.bob);
+        let solids = bob.iter().flat_map(pendulum::solids);
+        self.solids
+            .splice(0..0, solids.map(|solid| Surface::of(None, &solid)));
+        self
     }
 
     /// The ground with the slope of a snapshot.
@@ -102,14 +101,20 @@ impl<'a> Stage<'a> {
         Kinematics::at(self.robot, posture)
     }
 
-    /// The solids of the robot, each with the pose of its link.
+    /// The solids of the robot, each with the pose of its link, and those of the pendulum, if its rope is somewhere.
     pub fn solids(
         &self,
         kinematics: &Kinematics,
+        rope: Option<[Point3<f64>; 2]>,
     ) -> impl Iterator<Item = (&Surface, Isometry3<f64>)> {
-        self.solids
-            .iter()
-            .map(|solid| (solid, *kinematics.link_pose(solid.link)))
+        let hanging = rope.map(pendulum::pose);
+        self.solids.iter().filter_map(move |solid| {
+            let pose = match solid.link {
+                Some(link) => Some(*kinematics.link_pose(link)),
+                None => hanging,
+            };
+            Some((solid, pose?))
+        })
     }
 
     /// The marks of a moment, in the order in which they are drawn.
@@ -119,6 +124,16 @@ impl<'a> Stage<'a> {
 }
 
 impl Surface {
+    fn of(link: Option<usize>, solid: &Solid) -> Self {
+        let (center, radius_m) = solid.shape.ball();
+        Self {
+            link,
+            color: solid.color,
+            mesh: DrawnMesh::of(&solid.shape).at(&solid.pose),
+            ball: (solid.pose * center, radius_m),
+        }
+    }
+
     pub fn is_translucent(&self) -> bool {
         self.color[3] < 1.0
     }

@@ -8,7 +8,8 @@
 //! The bob is a point mass, and around it a sphere of foam without friction. Into the solid of the robot in which the
 //! sphere is deepest, by `d` (m), the foam presses with `stiffness d (1 + damping d')`, the law of Hunt and Crossley; with
 //! its damping the bob has the same restitution, whatever the masses. The rope does not stretch, and can hang loose. As
-//! soon as the bob has left the robot and swings back, a hand catches it.
+//! soon as the bob has left the robot and swings back, a hand catches it. On two parallel wires in place of the rope the bob does
+//! not turn. That is the same pendulum, since nothing turns a sphere without friction, and its centre moves on the same arc.
 
 use super::bob::Bob;
 use super::push::Push;
@@ -39,8 +40,17 @@ pub struct Strike {
     moving: Option<Moving>,
     is_over: bool,
     impulse: Vector3<f64>,
-    /// The forces of the foam (N), each with the time for which it acted (s).
-    forces: Vec<(f64, f64)>,
+    forces: Vec<FoamForce>,
+}
+
+/// A force of the foam on the robot, constant for a small part of a physics step.
+#[derive(Debug, Clone, Copy)]
+pub struct FoamForce {
+    pub from_s: f64,
+    pub for_s: f64,
+    pub link: usize,
+    /// On the robot (N).
+    pub force: Vector3<f64>,
 }
 
 /// Position (m) and velocity (m/s) of the centre of a bob.
@@ -132,8 +142,8 @@ impl Strike {
         (!self.is_over).then_some([self.pivot, at])
     }
 
-    pub fn radius_m(&self) -> f64 {
-        self.bob.radius_m
+    pub fn bob(&self) -> &Bob {
+        &self.bob
     }
 
     /// The numbers of [`TOTALS`]: the drawback, the impulse on the robot along the heading of the push up to now, that as a
@@ -143,20 +153,25 @@ impl Strike {
         let peak_n = self
             .forces
             .iter()
-            .fold(0.0, |most, (force_n, _)| force_n.max(most));
+            .fold(0.0, |most: f64, foam| most.max(foam.force.norm()));
         let high = self
             .forces
             .iter()
-            .filter(|(force_n, _)| *force_n >= 0.5 * peak_n);
+            .filter(|foam| foam.force.norm() >= 0.5 * peak_n);
         let share = impulse_n_s / self.push.impulse_n_s.max(1e-9);
         let values = [
             self.bob.draw_m(self.push.impulse_n_s),
             impulse_n_s,
             share,
             peak_n,
-            high.map(|(_, time_s)| time_s).sum(),
+            high.map(|foam| foam.for_s).sum(),
         ];
         std::array::from_fn(|i| (TOTALS[i], values[i]))
+    }
+
+    /// All forces of the foam up to now, in their order. The times when the bob does not touch the robot are left out.
+    pub fn forces(&self) -> &[FoamForce] {
+        &self.forces
     }
 
     /// Moves the bob through the physics step from `from_s` to `to_s`, with the robot in the posture of `kinematics`, and
@@ -220,7 +235,7 @@ impl Strike {
             .clamp(1.0, MOST_PARTS);
         let part_s = step_s / parts;
         let (start, mut moved_m, mut sum_n_s, mut depth_m) = (at, 0.0, 0.0, 0.0);
-        for _ in 0..parts as usize {
+        for part in 0..parts as usize {
             depth_m = self.bob.radius_m - gap_m - normal.dot(&(at - start)) + moved_m;
             let rate_m_s = speed_m_s - normal.dot(&velocity);
             let foam = stiffness * depth_m * (1.0 + self.damping_s_m * rate_m_s);
@@ -230,7 +245,12 @@ impl Strike {
                 0.0
             };
             if force_n > 0.0 {
-                self.forces.push((force_n, part_s));
+                self.forces.push(FoamForce {
+                    from_s: from_s + part as f64 * part_s,
+                    for_s: part_s,
+                    link,
+                    force: -normal * force_n,
+                });
             }
             sum_n_s += force_n * part_s;
             velocity +=

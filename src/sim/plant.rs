@@ -146,6 +146,11 @@ impl Truth {
         numbers.into_iter().all(|v| v.abs() < LARGEST)
     }
 
+    /// Pivot of the rope of a push by a pendulum, and centre of its bob (m), until the bob is caught.
+    pub fn rope(&self) -> Option<[Point3<f64>; 2]> {
+        self.strike.as_ref()?.rope_at(self.time_s)
+    }
+
     /// Angle of the trunk's z axis from the vertical (rad).
     pub fn tilt_rad(&self) -> f64 {
         (self.trunk.rotation * Vector3::z()).angle(&Vector3::z())
@@ -314,16 +319,15 @@ impl Plant {
         let from_s = self.steps as f64 * self.clock.physics_step_s;
         self.physics.clear_forces();
         let link = self.robot.pushed.link;
-        let origin = self.physics.body(link) * self.push_origin;
         let mut sum = Vector3::zeros();
         for push in pushes {
             if push.bob.is_some() {
-                sum += self.strike(push, origin * Point3::new(0.0, 0.0, push.height_m), from_s);
+                sum += self.strike(push, from_s);
                 continue;
             }
             let force = push.mean_force(from_s, from_s + self.clock.physics_step_s);
             if force != Vector3::zeros() {
-                self.apply(link, force, origin * Point3::new(0.0, 0.0, push.height_m));
+                self.apply(link, force, self.aim(push));
                 sum += force;
             }
         }
@@ -334,25 +338,39 @@ impl Plant {
         sum
     }
 
-    /// Moves the bob of a push through the next physics step, and returns its force on the robot (N). `aim` is the point at
-    /// which it is swung.
-    fn strike(&mut self, push: &Push, aim: Point3<f64>, from_s: f64) -> Vector3<f64> {
+    /// The point at which a push is aimed now (m).
+    fn aim(&self, push: &Push) -> Point3<f64> {
+        let origin = self.physics.body(self.robot.pushed.link) * self.push_origin;
+        origin * Point3::new(0.0, 0.0, push.height_m)
+    }
+
+    /// Hangs up the bob of a push, if it has one that does not hang yet.
+    pub fn hang(&mut self, push: &Push) {
+        let aim = self.aim(push);
+        let strike = &mut self.truth.strike;
+        if let Some(bob) = push.bob
+            && !strike.as_ref().is_some_and(|strike| strike.is_of(push))
+        {
+            *strike = Some(Strike::new(push, bob, &self.robot, &self.kinematics, aim));
+        }
+    }
+
+    /// Moves the bob of a push through the next physics step, and returns its force on the robot (N).
+    fn strike(&mut self, push: &Push, from_s: f64) -> Vector3<f64> {
+        let truth = &mut self.truth;
+        self.physics.read(&mut truth.posture, &mut truth.velocity);
+        self.kinematics.update(&self.robot, &truth.posture);
+        self.hang(push);
+        let aim = self.aim(push);
         let Self {
-            physics,
             robot,
             clock,
             kinematics,
             truth,
             ..
         } = self;
-        let Some(bob) = push.bob else {
+        let Some(strike) = &mut truth.strike else {
             return Vector3::zeros();
-        };
-        physics.read(&mut truth.posture, &mut truth.velocity);
-        kinematics.update(robot, &truth.posture);
-        let strike = match &mut truth.strike {
-            Some(strike) if strike.is_of(push) => strike,
-            other => other.insert(Strike::new(push, bob, robot, kinematics, aim)),
         };
         let velocity = &truth.velocity;
         let struck =

@@ -9,7 +9,8 @@ use standfast::core::robot::{Robot, Units};
 use standfast::files::assets::{self, DEFAULT_ROBOT, Source, parse_toml};
 use standfast::sim::Push;
 use standfast::sim::episode::EpisodeConfig;
-use standfast::study::ask::bounds::{PushBounds, check_episode, positive};
+use standfast::study::ask::bounds::{PushBounds, check_episode, in_range, positive};
+use standfast::study::ask::pendulum::{check_bob, check_strike};
 
 /// Largest accepted ZMP error (m); no robot could recover from a larger one.
 const MOST_ERROR_M: f64 = 1.0;
@@ -23,9 +24,10 @@ macro_rules! texts {
 }
 
 /// Names and texts of the scenarios that are compiled in, in the order in which they are listed.
-pub const BUILTIN: [(&str, &str); 8] = texts! {
+pub const BUILTIN: [(&str, &str); 10] = texts! {
     "error-backward" "error-diagonal" "push-behind" "push-diagonal"
     "moving-backward" "moving-diagonal" "push-error-backward" "push-error-diagonal"
+    "gauge-behind" "gauge-diagonal"
 };
 
 /// A scenario as its file states it.
@@ -46,6 +48,10 @@ pub struct Scenario {
     /// A push in the simulated physics, with ideal sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub push: Option<Push>,
+    /// How far the bob of the push is drawn back (m), which a scenario states if and only if there is one; the impulse of the
+    /// push follows from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub draw_m: Option<f64>,
     /// A ZMP error imposed on the ideal pendulum. A scenario has either this or a push.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imposed: Option<Imposed>,
@@ -94,12 +100,15 @@ impl Scenario {
             scenario.horizon_s,
             MOST_HORIZON_S,
         )?;
-        check_episode(
-            &source.file,
-            &scenario.episode(&standfast::robots::load(&scenario.robot)?),
-        )?;
+        let robot = standfast::robots::load(&scenario.robot)?;
+        check_episode(&source.file, &scenario.episode(&robot))?;
         match scenario.cause_in(&source.file)? {
-            Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,
+            Cause::Push(push) => {
+                PushBounds::new(scenario.horizon_s).check(&source.file, &push)?;
+                if let Some(bob) = &push.bob {
+                    check_strike(&source.file, &robot, &push, bob)?;
+                }
+            }
             Cause::Imposed(Imposed {
                 zmp_error_m: [x, y],
                 ..
@@ -133,9 +142,34 @@ impl Scenario {
         self.cause_in(&self.name)
     }
 
+    /// The push with the momentum of its bob, if it has one. Fails unless bob and drawback go together, and are in range.
+    fn swung(&self, file: &str, push: Push) -> Result<Push> {
+        let (bob, draw_m) = match (push.bob, self.draw_m) {
+            (None, None) => return Ok(push),
+            (Some(bob), Some(draw_m)) => (bob, draw_m),
+            (bob, _) => {
+                let value = if bob.is_some() { "none" } else { "no bob" };
+                return Err(Error::value(
+                    file,
+                    "draw_m",
+                    value,
+                    "a bob needs a drawback, and a drawback a bob",
+                    "draw_m and the table [push.bob], or neither",
+                ));
+            }
+        };
+        check_bob(file, "push.bob", &bob)?;
+        in_range(file, "draw_m", draw_m, [0.0, bob.rope_m])?;
+        let impulse_n_s = bob.momentum_n_s(draw_m);
+        Ok(Push {
+            impulse_n_s,
+            ..push
+        })
+    }
+
     fn cause_in(&self, file: &str) -> Result<Cause> {
         match (self.push, self.imposed) {
-            (Some(push), None) => Ok(Cause::Push(push)),
+            (Some(push), None) => Ok(Cause::Push(self.swung(file, push)?)),
             (None, Some(imposed)) => Ok(Cause::Imposed(imposed)),
             (push, _) => {
                 let value = if push.is_some() { "both" } else { "neither" };

@@ -2,6 +2,7 @@
 
 use crate::common::program::{Run, standfast as run};
 use serde_json::Value;
+use standfast_paper::scenario::BUILTIN;
 use std::{fs, path::Path};
 
 fn program(args: &[&str]) -> Run {
@@ -99,7 +100,7 @@ fn pushes_make_the_errors_of_the_paper() {
 fn scenarios_are_listed_drawn_and_told() {
     let list = program(&["scenario"]).success();
     let text = String::from_utf8_lossy(&list.get_output().stdout).into_owned();
-    for name in standfast_paper::scenario::BUILTIN.map(|(name, _)| name) {
+    for name in BUILTIN.map(|(name, _)| name) {
         assert!(text.contains(name), "{name} in\n{text}");
     }
     let dir = tempfile::tempdir().unwrap();
@@ -148,6 +149,19 @@ fn bad_scenarios_are_refused_by_name() {
         (
             format!("{head}[push]\nimpulse_n_s = -2.0\n"),
             "push.impulse_n_s = -2",
+        ),
+        (format!("{head}draw_m = 0.1\n[push]\n"), "draw_m = no bob"),
+        (
+            BUILTIN[8].1.replace("draw_m = 0.8", "draw_m = 3.0"),
+            "draw_m = 3",
+        ),
+        (
+            BUILTIN[8].1.replace("mass_kg = 1.0", "mass_kg = 0.0"),
+            "push.bob.mass_kg = 0",
+        ),
+        (
+            BUILTIN[8].1.replace("height_m = 0.0", "height_m = 0.8"),
+            "push.height_m = 0.8",
         ),
         (
             format!("{head}[push]\nimpulse_n_s = 2.0\nstart_s = 5.0\n"),

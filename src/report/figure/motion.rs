@@ -272,6 +272,7 @@ mod tests {
                 footstep: None,
                 contacts: PerFoot::default(),
                 push: None,
+                rope: None,
                 slope: UnitQuaternion::identity(),
             }
         };

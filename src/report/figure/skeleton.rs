@@ -4,8 +4,8 @@
 use super::panel::{Panel, PanelPoint, px};
 use nalgebra::{Point3, Vector3};
 use standfast_core::robot::{Foot, Kinematics, Posture, Robot};
-use standfast_scene::palette::Overlay;
-use standfast_scene::{Drawing, FlatShape, ScreenPoint, Stage, strokes};
+use standfast_scene::palette::{Color, Overlay};
+use standfast_scene::{Drawing, FlatShape, ScreenPoint, Stage, pendulum, strokes};
 use standfast_sim::Push;
 use standfast_sim::episode::{Film, Snapshot};
 
@@ -193,6 +193,14 @@ pub fn of_film(film: &Film) -> String {
     let scale = [0, 1].map(|i| (SIZE[i] - 2.0 * MARGIN) / (ends[i][1] - ends[i][0]).max(1e-9));
     view.px_per_m = scale[0].min(scale[1]);
     view.origin = [0, 1].map(|i| SIZE[i] / 2.0 - view.px_per_m * (ends[i][0] + ends[i][1]) / 2.0);
+    if let (Some(rope), Some(bob)) = (now.rope, film.pushes.iter().find_map(|push| push.bob)) {
+        let [[x, y], [bob_x, bob_y]] = rope.map(|end| view.at(&end).map(px));
+        let [color, of_rope] = pendulum::COLORS.map(Color::css);
+        let radius = px(bob.radius_m * view.px_per_m);
+        panel.add(format_args!(
+            "<path d=\"M{x},{y}L{bob_x},{bob_y}\" stroke=\"{of_rope}\"/><circle cx=\"{bob_x}\" cy=\"{bob_y}\" r=\"{radius}\" style=\"fill:{color}\"/>"
+        ));
+    }
     draw_moment(&mut panel, &stage, now, &view, &MARKS);
     super::alone(&panel)
 }

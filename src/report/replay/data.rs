@@ -9,9 +9,9 @@ use crate::with_fields_of;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use standfast_core::robot::shape::Meshes;
-use standfast_core::robot::{Foot, Pose, Robot, Shape};
+use standfast_core::robot::{Foot, Pose, Robot, Shape, Solid};
 use standfast_scene::mesh::DrawnMesh;
-use standfast_scene::{GroundFace, PHASES, doing, events, faces, without_gain};
+use standfast_scene::{GroundFace, PHASES, doing, events, faces, pendulum, without_gain};
 use standfast_sim::Ground;
 use standfast_sim::episode::film::Film;
 use standfast_sim::episode::snapshot::{Arrow, Snapshot};
@@ -44,7 +44,9 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
             .flat_map(|link| link.drawn())
             .map(|solid| &solid.shape),
     );
-    let shapes = shapes(&film.robot, &meshes);
+    let bob = film.pushes.iter().find_map(|push| push.bob);
+    let pendulum: Vec<Solid> = bob.iter().flat_map(pendulum::solids).collect();
+    let shapes = shapes(&film.robot, &pendulum, &meshes);
     let room = room(film.robot.joints.len(), shapes.to_string().len());
     let at_most = |most: usize| (most as f64 * room) as usize;
     let stride = ticks.len().div_ceil(at_most(MOST_MOMENTS)).max(1);
@@ -116,6 +118,7 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         .collect();
     let packed = json!({
         "robot": robot(&film.robot, &meshes),
+        "pendulum": visuals(&pendulum, &meshes),
         "shapes": shapes,
         "ground": ground(film),
         "gains": film.regions,
@@ -151,12 +154,22 @@ fn room(joints: usize, mesh_bytes: usize) -> f64 {
     columns * (1.0 - mesh_bytes.saturating_sub(FEW_BYTES) as f64 / SHARED_BYTES).max(0.1)
 }
 
-/// The motion of the robot: its base, joints, COM and ZMP at each moment. For a ghost only these are shown.
+/// The motion of the robot: its base, joints, COM and ZMP at each moment, and the pose of the pendulum that strikes it, up
+/// to the first moment without a bob. For a ghost only these are shown.
 fn motion(moments: &[&Snapshot], period_s: f64, farthest_m: f64) -> Value {
     let joints = moments.first().map_or(0, |s| s.posture.q.len());
     let points = |at: &dyn Fn(&Snapshot) -> [f64; 3]| {
         columns(&moments.iter().map(|s| Some(at(s))).collect::<Vec<_>>())
     };
+    let mut hanging: Vec<_> = moments
+        .iter()
+        .map(|s| s.rope.map(|rope| pose(&pendulum::pose(rope))))
+        .collect();
+    let last = hanging.iter().rposition(Option::is_some);
+    let hanging = last.map(|last| {
+        hanging.truncate(last + 2);
+        columns(&hanging)
+    });
     json!({
         "start_s": moments.first().map(|s| s.time_s),
         "period_s": period_s,
@@ -166,6 +179,7 @@ fn motion(moments: &[&Snapshot], period_s: f64, farthest_m: f64) -> Value {
         "q": (0..joints).map(|i| each(moments, &|s| Some(s.posture.q[i]))).collect::<Vec<_>>(),
         "com": points(&|s| s.com.into()),
         "zmp": pairs(moments, &|s| on_floor(s.zmp, farthest_m)),
+        "hanging": hanging,
     })
 }
 
@@ -271,18 +285,11 @@ fn robot(robot: &Robot, meshes: &Meshes) -> Value {
     let mut links = Vec::new();
     for (i, link) in robot.links.iter().enumerate() {
         let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
-        let mut visuals = Vec::new();
-        for solid in link.drawn() {
-            let (kind, half) = kind(&solid.shape, meshes);
-            let shape = json!({ "kind": kind, "half": [half.x, half.y, half.z] });
-            visuals
-                .push(json!({ "pose": pose(&solid.pose), "shape": shape, "color": solid.color }));
-        }
         links.push(json!({
             "parent": joint.map(|joint| joint.parent),
             "origin": joint.map(|joint| pose(&joint.origin)),
             "axis": joint.map(|joint| [joint.axis.x, joint.axis.y, joint.axis.z]),
-            "visuals": visuals,
+            "visuals": visuals(link.drawn(), meshes),
         }));
     }
     let scale = standfast_scene::scale(robot);
@@ -292,6 +299,17 @@ fn robot(robot: &Robot, meshes: &Meshes) -> Value {
         "stiffness": scale.force_per_length(),
         "links": links,
     })
+}
+
+/// The solids of a link, each with the name of its mesh in the page.
+fn visuals(solids: &[Solid], meshes: &Meshes) -> Value {
+    let mut visuals = Vec::new();
+    for solid in solids {
+        let (kind, half) = kind(&solid.shape, meshes);
+        let shape = json!({ "kind": kind, "half": [half.x, half.y, half.z] });
+        visuals.push(json!({ "pose": pose(&solid.pose), "shape": shape, "color": solid.color }));
+    }
+    visuals.into()
 }
 
 /// A pose as position (m) and quaternion (x, y, z, w).
@@ -330,9 +348,10 @@ fn kind(shape: &Shape, meshes: &Meshes) -> (String, Vector3<f64>) {
 
 /// The meshes by name, each within the cube from -1 to 1. All boxes, cylinders and spheres need one mesh each, which
 /// the page scales; this keeps the page small.
-fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
+fn shapes(robot: &Robot, pendulum: &[Solid], meshes: &Meshes) -> Value {
     let mut shapes = serde_json::Map::new();
-    for solid in robot.links.iter().flat_map(|link| link.drawn()) {
+    let of_robot = robot.links.iter().flat_map(|link| link.drawn());
+    for solid in of_robot.chain(pendulum) {
         let (kind, scale) = kind(&solid.shape, meshes);
         let unit = match solid.shape {
             Shape::Box { .. } => Shape::Box {

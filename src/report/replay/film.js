@@ -7,11 +7,11 @@ function numbers(text) {
   return Uint16Array.from({ length: bytes.length / 2 }, (_, i) => view.getUint16(2 * i, true));
 }
 
-// A function from the index of a moment to its value, or null if it has none.
+// A function from the index of a moment to its value, or null if it has none, as beyond the end of a short column.
 function column({ least, step, data }) {
   if (data === undefined) return () => least;
   const values = numbers(data);
-  return (i) => (values[i] === NONE ? null : least + step * values[i]);
+  return (i) => ((values[i] ?? NONE) === NONE ? null : least + step * values[i]);
 }
 
 // The same for a column of integers.
@@ -51,6 +51,7 @@ class Motion {
     this.end = this.start + (this.count - 1) * this.period;
     this.links = links;
     for (const name of ["base", "turn", "q", "com", "zmp"]) this[name] = columns(data[name]);
+    this.hanging = data.hanging ? columns(data.hanging) : () => null;
   }
 
   // The index of the last moment before a time, and the share of the way to the next one (0 to 1).
@@ -78,10 +79,16 @@ class Motion {
     return poses;
   }
 
+  // The pose of the pendulum in the world, as long as there is one.
+  pendulum(i, share) {
+    const seven = this.hanging(i, share);
+    return seven && { p: seven.slice(0, 3), q: unit(seven.slice(3)) };
+  }
+
   // What is shown of a ghost at a time.
   at(time) {
-    const [i, share] = this.index(time);
-    return { i, poses: this.poses(i, share), com: this.com(i, share), zmp: this.zmp(i, share) };
+    const [i, share] = this.index(time), at = { com: this.com(i, share), zmp: this.zmp(i, share) };
+    return { i, poses: this.poses(i, share), pendulum: this.pendulum(i, share), ...at };
   }
 }
 
@@ -90,8 +97,9 @@ class Film extends Motion {
     super(data, data.robot.links.map((link) => ({
       ...link,
       origin: link.origin && poseOf(link.origin),
-      visuals: link.visuals.map((visual) => ({ ...visual, pose: poseOf(visual.pose) })),
+      visuals: visualsOf(link.visuals),
     })));
+    this.pendulumVisuals = visualsOf(data.pendulum);
     this.gains = data.gains;
     this.events = data.events;
     this.robot = data.robot;
@@ -139,4 +147,5 @@ class Film extends Motion {
   }
 }
 
+const visualsOf = (visuals) => visuals.map((visual) => ({ ...visual, pose: poseOf(visual.pose) }));
 const arrow = (six) => six && { point: six.slice(0, 3), force: six.slice(3) };

@@ -173,11 +173,11 @@ class Scene {
     gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
   }
 
-  // The shapes of a robot, opaque ones first.
-  solids({ poses }) {
-    const all = this.film.links.flatMap((link, i) => link.visuals.map((visual) => {
-      return [visual.shape.kind, placed(poses[i], visual.pose), visual.shape.half, visual.color];
-    }));
+  // The shapes of a robot and of the pendulum that strikes it, opaque ones first.
+  solids({ poses, pendulum }) {
+    const at = (pose) => ({ shape, pose: there, color }) => [shape.kind, placed(pose, there), shape.half, color];
+    const all = this.film.links.flatMap((link, i) => link.visuals.map(at(poses[i])));
+    if (pendulum) all.push(...this.film.pendulumVisuals.map(at(pendulum)));
     return all.sort((a, b) => b[3][3] - a[3][3]);
   }
 

@@ -2,7 +2,8 @@
 
 use crate::common::browser::Browser;
 use crate::common::films::{
-    assert_no_problems, fallen, film, ghost, head, look_at, stepping, text, written, written_with,
+    assert_no_problems, fallen, film, ghost, head, look, look_at, stepping, text, written,
+    written_with,
 };
 use crate::common::{Bench, config, push};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -15,7 +16,7 @@ use standfast_report::replay::page;
 use standfast_sim::episode::parting::Parting;
 use standfast_sim::episode::snapshot::Arrow;
 use standfast_sim::episode::{Disturbance, EpisodeConfig, Film, Until};
-use standfast_sim::{Ground, Push, Variation};
+use standfast_sim::{Bob, Ground, Push, Variation};
 use std::sync::Arc;
 
 /// Largest error of positions in a page (m).
@@ -216,8 +217,9 @@ fn the_ghost_is_the_robot_of_the_second_film() {
     );
 }
 
+/// Each robot has its own bob: that of the ghost is moved here.
 #[test]
-fn the_ground_is_that_of_the_trial() {
+fn ground_and_pendulum_are_those_of_the_trial() {
     let Some(mut browser) = Browser::start() else {
         return;
     };
@@ -230,23 +232,79 @@ fn the_ground_is_that_of_the_trial() {
         ground_step_m: Some(0.004),
         ..Variation::default()
     };
+    let bob = Bob {
+        mass_kg: 3.0,
+        rope_m: 1.75,
+        radius_m: 0.08,
+        stiffness_n_m: 9e4,
+        restitution: 0.5,
+    };
+    let struck = Push {
+        bob: Some(bob),
+        ..push(1.0, 30.0)
+    };
     let disturbance = Disturbance {
-        pushes: vec![push(1.0, 0.0)],
+        pushes: vec![struck],
         variation,
         ..Disturbance::default()
     };
+    let mut ropes = Vec::new();
     let film = Film::take(
         &bench.robot,
         &bench.factory,
         &config(1.0),
         disturbance,
         (Until::Decided, 0.0),
-        &mut |_| {},
+        &mut |tick| {
+            let strike = tick.truth.strike.as_ref();
+            ropes.push(strike.and_then(|strike| strike.rope_at(tick.truth.time_s)));
+        },
     )
     .unwrap();
-    let file = written(&folder, &film, &head());
-    let mut tab = browser.tab(800, 600, "light");
+    let aside = Vector3::new(0.0, 0.2, 0.0);
+    let mut ghost = film.clone();
+    for end in ghost.snapshots.iter_mut().flat_map(|now| &mut now.rope) {
+        *end = end.map(|at| at + aside);
+    }
+    let file = written_with(&folder, &film, Some(&ghost), &head());
+    let mut tab = browser.tab(400, 400, "light");
     tab.open(&file);
+    let shown = tab.evaluate(
+        "Array.from({ length: Math.ceil(replay.film.count / 5) }, (_, i) => replay.film.at(replay.film.time(5 * i)))
+            .map(({ pendulum, ghost }) => [pendulum, ghost.pendulum])",
+    );
+    let mut worst = Worst::default();
+    for (i, rope) in ropes.iter().step_by(5).enumerate() {
+        for (k, of) in ["bob", "bob of the ghost"].into_iter().enumerate() {
+            let shown = &shown[i][k];
+            let Some([pivot, bob_at]) = rope else {
+                assert!(shown.is_null(), "{of} is not caught: {shown}");
+                continue;
+            };
+            let (pose, by) = (pose(shown), aside * k as f64);
+            let end = pose * Point3::new(0.0, 0.0, bob.rope_m);
+            worst.see(of, (pose.translation.vector - bob_at.coords - by).norm());
+            worst.see("pivot", (end - pivot - by).norm());
+        }
+    }
+    assert!(
+        worst.0.len() == 3 && worst.0.iter().all(|(_, error)| *error < NEAR_M),
+        "{:?}",
+        worst.0
+    );
+    let [drawn_back, last] = [ropes[0], *ropes.last().unwrap()];
+    assert!(
+        drawn_back.is_some() && last.is_none(),
+        "{drawn_back:?} {last:?}"
+    );
+    let with = look_at(&mut tab, 0.0);
+    tab.evaluate("replay.film.hanging = () => null");
+    let without = look(&mut tab, "view");
+    assert_ne!(with["hash"], without["hash"], "it is not drawn");
+    assert!(
+        packed(stepping())["hanging"].is_null(),
+        "no data without a bob"
+    );
     for (i, snapshot) in film.snapshots.iter().enumerate().step_by(100) {
         let ground = Ground {
             slope: snapshot.slope,
@@ -264,8 +322,7 @@ fn the_ground_is_that_of_the_trial() {
             );
         }
     }
-    let level = look_at(&mut tab, 0.0);
-    assert!(level["purple"].as_f64().unwrap() > 0.02, "{level}");
+    assert!(with["purple"].as_f64().unwrap() > 0.02, "{with}");
     assert_no_problems(&mut tab, &file);
 }
 

@@ -122,13 +122,15 @@ impl<'a> ClosedLoop<'a> {
             });
             let branch = alike.unwrap_or_else(|| {
                 let simulated = variation.robot(robot);
-                let plant = Plant::on(
+                let mut plant = Plant::on(
                     ground,
                     simulated,
                     EpisodeConfig { engine, ..*config }.clock(),
                     sensor_errors.clone(),
                     home.clone(),
                 );
+                // A bob hangs drawn back from the start on.
+                pushes.iter().for_each(|push| plant.hang(push));
                 branches.push(Branch {
                     plant,
                     episodes: Vec::new(),

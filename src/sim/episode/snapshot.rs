@@ -47,6 +47,8 @@ pub struct Snapshot {
     pub contacts: PerFoot<Option<Arrow>>,
     /// The pushing or pulling force on the robot, averaged over the past tick; None if there is none.
     pub push: Option<Arrow>,
+    /// Pivot of the rope of a push by a pendulum, and centre of its bob (m), until the bob is caught.
+    pub rope: Option<[Point3<f64>; 2]>,
     /// Orientation of the ground plane, which passes through the origin, in the world.
     pub slope: UnitQuaternion<f64>,
 }
@@ -104,6 +106,7 @@ impl Snapshot {
                 point: truth.push_point,
                 force,
             }),
+            rope: truth.rope(),
             slope: truth.ground.slope,
         }
     }

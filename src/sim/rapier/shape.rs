@@ -307,7 +307,7 @@ mod tests {
         }
         let mut robot = standfast_robots::load("ut-mu2").unwrap();
         let solids = robot.links.iter_mut().map(|link| &mut link.collisions);
-        let mut solid = solids.map(std::mem::take).flatten().next().unwrap();
+        let mut solid = solids.flat_map(std::mem::take).next().unwrap();
         solid.shape = Shape::Mesh(Arc::new(Mesh::new(points, Vec::new())));
         solid.pose = Isometry3::identity();
         robot.links[0].collisions.push(solid);

@@ -3,9 +3,10 @@
 use crate::ask::bounds::{because, in_range};
 use crate::ask::distribution::Distribution;
 use serde::{Deserialize, Serialize};
-use standfast_core::error::Result;
-use standfast_core::robot::Units;
-use standfast_sim::Bob;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Robot, Units};
+use standfast_sim::pendulum::check_at_home;
+use standfast_sim::{Bob, Push};
 use std::fmt;
 
 /// `[push.pendulum]`: a bob on a rope that is drawn back horizontally and released, and comes as a [`Bob`] does.
@@ -67,20 +68,34 @@ impl PendulumSpec {
     }
 
     pub(super) fn check(&self, file: &str) -> Result<()> {
-        for (field, value, bounds) in [
-            ("mass_kg", self.mass_kg, [1e-3, 1e5]),
-            ("rope_m", self.rope_m, [0.05, 100.0]),
-            ("radius_m", self.radius_m, [1e-3, 10.0]),
-            ("stiffness_n_m", self.stiffness_n_m, [1.0, 1e9]),
-            ("restitution", self.restitution, [0.05, 1.0]),
-        ] {
-            in_range(file, &format!("push.pendulum.{field}"), value, bounds)?;
-        }
+        check_bob(file, "push.pendulum", &self.bob())?;
         let checked = self
             .draw_m
             .check(file, "push.pendulum.draw_m", self.draws_m());
         because(", the length of the rope", checked)
     }
+}
+
+/// Checks the numbers of a bob, which a file states in `table`.
+pub fn check_bob(file: &str, table: &str, bob: &Bob) -> Result<()> {
+    for (field, value, bounds) in [
+        ("mass_kg", bob.mass_kg, [1e-3, 1e5]),
+        ("rope_m", bob.rope_m, [0.05, 100.0]),
+        ("radius_m", bob.radius_m, [1e-3, 10.0]),
+        ("stiffness_n_m", bob.stiffness_n_m, [1.0, 1e9]),
+        ("restitution", bob.restitution, [0.05, 1.0]),
+    ] {
+        in_range(file, &format!("{table}.{field}"), value, bounds)?;
+    }
+    Ok(())
+}
+
+/// Checks that the bob of a push comes freely to a robot at home, and touches it.
+pub fn check_strike(file: &str, robot: &Robot, push: &Push, bob: &Bob) -> Result<()> {
+    check_at_home(robot, push, bob).map_err(|[problem, accepted]| {
+        let problem = format!("towards {} degrees {problem}", push.heading_deg);
+        Error::value(file, "push.height_m", push.height_m, problem, accepted)
+    })
 }
 
 impl fmt::Display for PendulumSpec {

@@ -2,12 +2,11 @@
 
 use crate::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits};
 use crate::ask::distribution::Distribution;
-use crate::ask::pendulum::PendulumSpec;
+use crate::ask::pendulum::{PendulumSpec, check_strike};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{PushPoint, Robot, Units};
-use standfast_sim::pendulum::check_at_home;
 use standfast_sim::{Profile, Push};
 use std::fmt;
 
@@ -140,10 +139,7 @@ impl PushSpec {
                     bob: Some(bob),
                     ..Push::default()
                 };
-                check_at_home(&robot, &push, &bob).map_err(|[problem, accepted]| {
-                    let problem = format!("towards {heading_deg} degrees {problem}");
-                    Error::value(file, "push.height_m", height_m, problem, accepted)
-                })?;
+                check_strike(file, &robot, &push, &bob)?;
             }
         }
         Ok(())

@@ -283,7 +283,7 @@ mod tests {
         });
         let world = LiveSetup::new(robot, controllers.into(), vec![config; 2], None, None);
         let mut live = Live::new(&world);
-        let stage = Stage::new(&world.simulated, world.ground());
+        let stage = world.stage();
         let lens = Lens::new(&camera(stage.scale), vec2(860.0, 720.0));
         let mut seen_n = Vec::new();
         for k in 0..700 {

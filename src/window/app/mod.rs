@@ -38,8 +38,8 @@ use simulation::Simulation;
 use space::Space;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
+use standfast_scene::Surface;
 use standfast_scene::palette::{GHOST_MARKS, Overlay, Style};
-use standfast_scene::{Stage, Surface};
 use std::path::Path;
 use std::time::Instant;
 use watchdog::Watchdog;
@@ -96,7 +96,7 @@ struct App<'a> {
 
 impl<'a> App<'a> {
     fn open(args: &Options, world: &'a LiveSetup) -> Result<Self> {
-        let stage = Stage::new(&world.simulated, world.ground());
+        let stage = world.stage();
         let scale = stage.scale;
         let aim = Aim::new(args.impulse, args.heading, &Units::of(&world.robot))?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
@@ -282,7 +282,7 @@ impl<'a> App<'a> {
         let eye = Point3::new(eye.x, eye.y, eye.z).cast();
         if let (false, Style::Body { opacity }) = (has_body, Overlay::Body.look().style) {
             let paint = |solid: &Surface, _: &Isometry3<f64>| (colors::of(solid.color), opacity);
-            let body = transparent::shape(stage, kinematics, paint, &lens, eye);
+            let body = transparent::shape(stage, (kinematics, now.rope), paint, &lens, eye);
             drawn.painter.add(body);
         }
         if self.shown.contains(&Overlay::Trail) {
@@ -295,8 +295,9 @@ impl<'a> App<'a> {
             .as_ref()
             .filter(|_| self.shown.contains(&Overlay::Ghost))
         {
-            let paint = transparent::ghost(stage, kinematics);
-            let body = transparent::shape(stage, &ghost.kinematics, paint, &lens, eye);
+            let paint = transparent::ghost(stage, (kinematics, now.rope));
+            let other = (&ghost.kinematics, ghost.now.rope);
+            let body = transparent::shape(stage, other, paint, &lens, eye);
             drawn.painter.add(body);
             drawn.faint(&stage.marks(&ghost.now, &self.of_ghost()));
         }

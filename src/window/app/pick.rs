@@ -52,10 +52,10 @@ fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
         let (center, radius_m) = (pose * solid.ball.0 - sight.origin, solid.ball.1);
         let is_beside = center.cross(&sight.direction).norm() > radius_m;
         let distance_m = (!is_beside).then(|| distance_m(&solid.mesh, &pose, sight))??;
-        Some((solid.link, distance_m))
+        Some((solid.link?, distance_m))
     };
     let (link, distance_m) = stage
-        .solids(kinematics)
+        .solids(kinematics, None)
         .filter_map(distance_m)
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Hit {

@@ -79,6 +79,7 @@ impl<'a> Space<'a> {
         grid(&ground, self.stage.scale, window);
         self.robot(
             kinematics,
+            now.rope,
             has_body,
             Point3::new(eye.x, eye.y, eye.z).cast(),
             &(ground.slope * Vector3::z()),
@@ -99,18 +100,19 @@ impl<'a> Space<'a> {
         self.on_card.show(&self.triangles);
     }
 
-    /// Draws the robot if it `has_body`, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
-    /// plane, so that the floor does not hide it.
+    /// Draws robot and pendulum if the body is switched on (`has_body`), and their shadow on the plane with the normal `up`. The
+    /// shadow is drawn `above_m` above the plane, so that the floor does not hide it.
     fn robot(
         &mut self,
         kinematics: &Kinematics,
+        rope: Option<[Point3<f64>; 2]>,
         has_body: bool,
         eye: Point3<f64>,
         up: &Vector3<f64>,
         above_m: f64,
     ) {
         let (sun, shadow) = (to_sun(), colors::SHADOW.linear());
-        for (solid, pose) in self.stage.solids(kinematics) {
+        for (solid, pose) in self.stage.solids(kinematics, rope) {
             let [r, g, b, _] = solid.color;
             let color = colors::light([r, g, b]);
             let corners: Vec<_> = solid

@@ -1,5 +1,5 @@
-//! Transparent robots: the ghost, and the robot whose body is switched off. They are drawn over the picture, so that the
-//! solid robot does not hide them.
+//! Transparent robots, each with its pendulum: the ghost, and the robot whose body is switched off. They are drawn over
+//! the picture, so that the solid robot does not hide them.
 
 use super::camera::Lens;
 use super::colors::OnScreen as _;
@@ -8,20 +8,26 @@ use kiss3d::egui::{Mesh, Shape};
 use nalgebra::{Isometry3, Point3};
 use standfast_core::robot::Kinematics;
 use standfast_scene::palette::{Color, GHOST, Overlay};
-use standfast_scene::{Stage, Surface};
+use standfast_scene::{Stage, Surface, pendulum};
 
 /// Distance from the same part of the solid robot at which a part of the ghost has its full opacity, for a robot of the
 /// size of UT-mu2 (m). Nearer parts are fainter, so that a ghost at the same place does not tint the robot.
 const APART_M: f64 = 0.02;
 
-/// The colour and the opacity (0 to 1) of the parts of a ghost beside the solid robot, by their poses.
+/// A rope, from pivot to bob (m), if there is one.
+type Rope = Option<[Point3<f64>; 2]>;
+
+/// The colour and the opacity (0 to 1) of the parts of a ghost beside the solid robot and its rope, by their poses.
 pub fn ghost(
     stage: &Stage,
-    robot: &Kinematics,
+    (robot, rope): (&Kinematics, Rope),
 ) -> impl Fn(&Surface, &Isometry3<f64>) -> (Color, f64) {
+    let hanging = rope.map(pendulum::pose);
     move |Surface { link, ball, .. }, pose| {
-        let beside = robot.link_pose(*link) * ball.0;
-        let apart_m = (pose * ball.0 - beside).norm() / stage.scale.length;
+        let beside = link.map_or(hanging, |link| Some(*robot.link_pose(link)));
+        let apart_m = beside.map_or(f64::INFINITY, |beside| {
+            (pose * ball.0 - beside * ball.0).norm() / stage.scale.length
+        });
         (
             Overlay::Ghost.color(),
             GHOST.opacity * (apart_m / APART_M).min(1.0),
@@ -29,17 +35,17 @@ pub fn ghost(
     }
 }
 
-/// A robot of the stage with the colours and opacities of `paint`, as seen from `eye` (m, world frame).
+/// A robot of the stage with its rope with the colours and opacities of `paint`, as seen from `eye` (m, world frame).
 pub fn shape(
     stage: &Stage,
-    robot: &Kinematics,
+    (robot, rope): (&Kinematics, Rope),
     paint: impl Fn(&Surface, &Isometry3<f64>) -> (Color, f64),
     lens: &Lens,
     eye: Point3<f64>,
 ) -> Shape {
     let mut out = Mesh::default();
     let away_m = |at: &Point3<f64>| (at - eye).norm();
-    let mut parts: Vec<_> = stage.solids(robot).collect();
+    let mut parts: Vec<_> = stage.solids(robot, rope).collect();
     // The farthest parts are painted first.
     parts.sort_by(|(a, at_a), (b, at_b)| {
         away_m(&(at_b * b.ball.0)).total_cmp(&away_m(&(at_a * a.ball.0)))
@@ -94,8 +100,8 @@ mod tests {
             let [there, here] = [&posture, &home].map(|posture| stage.kinematics(posture));
             let Shape::Mesh(mesh) = shape(
                 &stage,
-                &there,
-                ghost(&stage, &here),
+                (&there, None),
+                ghost(&stage, (&here, None)),
                 &lens,
                 Point3::new(2.0, 1.0, 1.0),
             ) else {

@@ -2,6 +2,7 @@
 
 use standfast_core::robot::Robot;
 use standfast_core::socket::PreparedController;
+use standfast_scene::Stage;
 use standfast_sim::Ground;
 use standfast_sim::episode::{Disturbance, EpisodeConfig};
 use standfast_study::{Campaign, ask::trial};
@@ -55,7 +56,12 @@ impl LiveSetup {
         }
     }
 
-    pub fn ground(&self) -> Ground {
-        Ground::new(&self.robot, &self.disturbance().variation)
+    /// Robot, ground and pendulum as they are drawn.
+    pub fn stage(&self) -> Stage<'_> {
+        let Disturbance {
+            variation, pushes, ..
+        } = self.disturbance();
+        let ground = Ground::new(&self.robot, &variation);
+        Stage::new(&self.simulated, ground).with_pendulum(&pushes)
     }
 }

@@ -16,6 +16,7 @@ use standfast::report::figure::motion::MotionPlot;
 use standfast::report::text::layout::wrapped;
 use standfast::sim::Engine;
 use standfast::sim::episode::{Disturbance, EpisodeRun};
+use standfast::study::ask::pendulum::check_strike;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -23,6 +24,7 @@ use std::process::ExitCode;
   standfast-paper scenario                                lists the scenarios
   standfast-paper scenario push-behind --plot push.svg    the push of Fig. 14 (a)
   standfast-paper scenario push-behind --controller switching  without a footstep
+  standfast-paper scenario gauge-behind --trace strike.csv  the gauge of Fig. 10
   standfast-paper scenario my-scenario.toml               one of your own
 
 The figure is one of the paper's. To write a scenario of your own, start from a
@@ -68,6 +70,11 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     }
     if matches!(cause, Cause::Imposed(_)) {
         check_without_physics(args)?;
+    }
+    if let Cause::Push(push) = &cause
+        && let Some(bob) = &push.bob
+    {
+        check_strike(&scenario.name, &robot, push, bob)?;
     }
     config.engine.check(&robot)?;
     args.outputs.check()?;

@@ -407,6 +407,7 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
         .into_iter()
         .chain(imposed)
         .chain(list(&numbers("13")["tried"]));
+    let runs = runs.chain(list(&numbers("10")["strikes"]));
     let all: Vec<&Value> = runs.flat_map(|run| list(&run["footsteps"])).collect();
     let most = all
         .iter()
@@ -417,6 +418,42 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
         most.count(),
         all.len()
     ));
+}
+
+/// Fig. 10: the gauge gives the robot what its trace says, which is what the bob loses. One step of the search harder or softer,
+/// the robot responds in the other way.
+#[test]
+fn the_traces_of_the_gauge_tell_what_the_robot_gets() {
+    let bench = Bench::new("paper");
+    let strikes = list(&numbers("10")["strikes"]);
+    assert!(strikes.len() >= 6);
+    for (name, from) in [("gauge-behind", "(a)"), ("gauge-diagonal", "(b)")] {
+        let of: Vec<&Value> = strikes.iter().filter(|s| s["from"] == from).collect();
+        let (asked, last) = (scenario_push(name), of[of.len() - 1]);
+        near(&last["momentum_n_s"], asked.impulse_n_s, 1e-9);
+        let mut left_n_s = 0.0;
+        let record = bench.run(asked, 0.6, Until::Decided, |tick| {
+            let strike = tick.truth.strike.as_ref();
+            if tick.truth.push_force != Vector3::zeros() {
+                left_n_s = strike.and_then(|strike| strike.momentum_n_s()).unwrap();
+            }
+        });
+        near(&last["impulse_n_s"], asked.impulse_n_s - left_n_s, 0.03);
+        assert!(record.footsteps.has_begun());
+        for strike in &of {
+            let points = list(&strike["trace_ms_n"]);
+            let at = |i: usize, axis: usize| points[i][axis].as_f64().unwrap();
+            let area = |i| (at(i, 0) - at(i - 1, 0)) * (at(i, 1) + at(i - 1, 1));
+            let n_s = (1..points.len()).map(area).sum::<f64>() / 2e3;
+            near(&strike["impulse_n_s"], n_s, 1e-3 * n_s);
+            let peak_n = (0..points.len()).map(|i| at(i, 1)).fold(0.0, f64::max);
+            near(&strike["peak_n"], peak_n, 1e-9);
+            tells(&format!("<td>{:.0}</td>", peak_n));
+        }
+        let [held_m, stepped_m] = [0, 1].map(|i| of[i]["draw_m"].as_f64().unwrap());
+        assert!((1e-9..0.0101).contains(&(stepped_m - held_m)), "{from}");
+        assert!(list(&of[0]["footsteps"]).is_empty() && !list(&of[1]["footsteps"]).is_empty());
+    }
 }
 
 /// For Fig. 12 and 13: what shows that a footstep is necessary.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 /// The claims of each figure in the order of the page, each by some of its words and by its verdict: `+` agrees, `-`
 /// differs, `?` is open.
-const VERDICTS: [(&str, &[&str]); 10] = [
+const VERDICTS: [(&str, &[&str]); 11] = [
     (
         "3",
         &[
@@ -72,6 +72,16 @@ const VERDICTS: [(&str, &[&str]); 10] = [
             "+after foot landing",
             "-after foot landing",
             "?curves",
+        ],
+    ),
+    (
+        "10",
+        &[
+            "?Z2-500N",
+            "?two wires",
+            "-unify",
+            "+appropriate",
+            "?nor a trace",
         ],
     ),
     (

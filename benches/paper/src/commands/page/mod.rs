@@ -1,10 +1,11 @@
 //! `standfast-paper page`: draws the paper's figures from simulations of its scenarios, and says of each statement of the
 //! paper whether the simulations bear it out.
 //!
-//! `study` runs all simulations and searches once, and `watch` observes the pushed ones. `numbers` computes the numbers
+//! `study` runs all simulations and searches once, `gauge` those of the paper's apparatus, and `watch` observes the pushed ones. `numbers` computes the numbers
 //! of each figure from them, `timing` measures how fast the sets are updated, and `report::page` draws the page and
 //! holds its words. Two runs of the same program differ only in what `timing` measures.
 
+mod gauge;
 mod numbers;
 mod study;
 mod timing;

@@ -3,7 +3,7 @@
 use super::study::HEADINGS_DEG;
 use crate::render::page::footwork::{EXAMPLES_DEG, is_tie};
 use crate::render::page::robot::axis_name;
-use crate::render::page::study::{ImposedRun, Pushed, Study};
+use crate::render::page::study::{ImposedRun, Pushed, Struck, Study};
 use nalgebra::{Point2, Vector2, Vector3};
 use serde_json::{Map, Value, json};
 use standfast::core::control::{Phase, estimate};
@@ -15,7 +15,7 @@ use standfast::core::lipm::gains::{Gain, GainPoles};
 use standfast::core::lipm::pendulum::State;
 use standfast::core::robot::{Foot, Kinematics, Robot};
 use standfast::sim::Profile;
-use standfast::sim::episode::{Footstep, Outcome};
+use standfast::sim::episode::{Footstep, Outcome, Record};
 use standfast::study::ask::standing_bound::StandingBound;
 
 /// Poles over -omega of two gains, slow to fast, whose CPI sets do not nest.
@@ -24,6 +24,8 @@ const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];
 const SHARE: f64 = 0.98;
 /// Length of a simulation of the pendulum (s), after which a COM that is not home counts as not coming home.
 const LONGEST_S: f64 = 30.0;
+/// The range that the name of the paper's gauge, Z2-500N, states (N).
+const GAUGE_RANGE_N: f64 = 500.0;
 /// Shortest time without load that counts for a sole (s).
 const LIFTED_S: f64 = 0.01;
 
@@ -38,6 +40,7 @@ pub fn all(study: &Study) -> Result<Map<String, Value>> {
         ("7", machine(study)),
         ("8", imposed(study)),
         ("9", imposed_responses(study)),
+        ("10", strikes(study)),
         ("12", with_directions(study, pushed(study, behind))),
         ("13", with_turns(study, pushed(study, diagonal))),
         ("14", pushed_responses(study)),
@@ -268,7 +271,9 @@ fn decision(study: &Study) -> Value {
         .flat_map(|record| &record.footsteps);
     let footsteps: Vec<_> = study
         .records()
-        .flat_map(|(_, record)| &record.footsteps.taken)
+        .map(|(_, record)| record)
+        .chain(study.struck.iter().flatten().map(|struck| &struck.record))
+        .flat_map(|record| &record.footsteps.taken)
         .chain(imposed)
         .collect();
     let at_most = footsteps
@@ -364,6 +369,63 @@ fn imposed_responses(study: &Study) -> Value {
     json!({ "moving": study.moving, "a": of_run(a), "b": of_run(b) })
 }
 
+/// How a run ends, in words.
+fn end(record: &Record) -> &'static str {
+    match (record.outcome, record.footsteps.has_begun()) {
+        (Outcome::Recovered, false) => "recovers without a footstep",
+        (Outcome::Recovered, true) => "steps and recovers",
+        (_, false) => "does not step and does not recover",
+        (_, true) => "steps and falls",
+    }
+}
+
+/// Fig. 10: the strikes of the gauge, those from behind first.
+fn strikes(study: &Study) -> Value {
+    let mut told = Vec::new();
+    for (strikes, from) in study.struck.iter().zip(["(a)", "(b)"]) {
+        for struck in strikes {
+            let (push, record, impulse) = (&struck.push, &struck.record, &struck.impulse);
+            let trace = trace(struck);
+            let peak_n = trace.iter().fold(0.0, |most: f64, [_, n]| most.max(*n));
+            let direction = push.direction();
+            let high = struck.forces.iter();
+            let high = high.filter(|foam| foam.force.dot(&direction) >= 0.5 * peak_n);
+            let links = struck.forces.chunk_by(|a, b| a.link == b.link);
+            let met = links.map(|foam| &study.robot.links[foam[0].link].name);
+            told.push(json!({
+                "met": met.map(|name| name.replace('_', " ")).collect::<Vec<_>>(),
+                "from": from, "draw_m": record.totals.get("bob_draw_m"), "momentum_n_s": push.impulse_n_s,
+                "impulse_n_s": impulse.dot(&direction), "peak_n": peak_n,
+                "width_s": high.map(|foam| foam.for_s).sum::<f64>(), "trace_ms_n": trace,
+                "up_deg": (impulse.z / impulse.norm()).asin().to_degrees(),
+                "aside_deg": impulse.xy().angle(&direction.xy()).to_degrees(),
+                "end": end(record), "footsteps": record.footsteps.taken,
+            }));
+        }
+    }
+    let bob = study.struck[0][0].push.bob;
+    json!({ "range_n": GAUGE_RANGE_N, "bob": bob, "strikes": told })
+}
+
+/// What a gauge measures: time since it came to touch the robot (ms), and force along the direction of its swing (N).
+fn trace(struck: &Struck) -> Vec<[f64; 2]> {
+    let (mut points, direction) = (Vec::new(), struck.push.direction());
+    let start_s = struck.forces.first().map_or(0.0, |foam| foam.from_s);
+    let mut end_s = start_s;
+    let ms = |time_s: f64| 1e3 * (time_s - start_s);
+    for foam in &struck.forces {
+        // It may leave the robot and touch it again.
+        if points.is_empty() || foam.from_s - end_s > 0.5 * foam.for_s {
+            points.extend([[ms(end_s), 0.0], [ms(foam.from_s), 0.0]]);
+        }
+        let middle_s = foam.from_s + 0.5 * foam.for_s;
+        points.push([ms(middle_s), foam.force.dot(&direction)]);
+        end_s = foam.from_s + foam.for_s;
+    }
+    points.push([ms(end_s), 0.0]);
+    points
+}
+
 /// Fig. 12 and 13: the numbers about its push that each figure has.
 fn pushed(study: &Study, pushed: &Pushed) -> Value {
     let Pushed {
@@ -436,15 +498,9 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     for (push, record) in study.records().skip(study.pushes.len()) {
         let asked = record.footsteps.taken.first().map(|f| f.zmp_error_m);
         let asked = asked.or(record.footsteps.lifted.map(|f| f.zmp_error_m));
-        let end = match (record.outcome, asked.is_none()) {
-            (Outcome::Recovered, true) => "recovers without a footstep",
-            (Outcome::Recovered, false) => "steps and recovers",
-            (_, true) => "does not step and does not recover",
-            (_, false) => "steps and falls",
-        };
         tried.push(json!({
             "push": push, "outcome": record.outcome, "fell_at_s": record.fell_at_s, "settled_at_s": record.settled_at_s,
-            "asked_m": asked, "footsteps": record.footsteps.taken, "end": end,
+            "asked_m": asked, "footsteps": record.footsteps.taken, "end": end(record),
         }));
     }
     numbers["most_yaw_deg"] = json!(most);

@@ -1,5 +1,6 @@
 //! Runs all simulations and all searches of CPI sets of the page, once for all figures.
 
+use super::gauge;
 use super::watch::PushedWatch;
 use crate::imposed::{self, ImposedRecord};
 use crate::render::page::study::{ImposedRun, Pushed, Study};
@@ -24,10 +25,12 @@ const STIFF: &str = "hold";
 pub const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
 /// Scenarios with pushes whose ZMP errors come close to the imposed errors of Sect. V.C.
 const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
+/// Scenarios with the gauge that hangs on wires.
+const STRUCK: [&str; 2] = ["gauge-behind", "gauge-diagonal"];
 /// How long a film goes on after the end of its episode (s).
 const AFTERMATH_S: f64 = 0.5;
 /// Number of simulations and searches, for the progress bar.
-const PARTS: u64 = 19;
+const PARTS: u64 = 21;
 
 /// Runs everything. Fails if the solver gives up, or if a built-in scenario is not of the kind that the figures need.
 pub fn run() -> Result<Study> {
@@ -123,14 +126,26 @@ pub fn run() -> Result<Study> {
     }
 
     // The runs do not depend on each other.
-    let ((behind, diagonal), tried): (_, Result<Vec<_>>) = rayon::join(
-        || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
+    let (((behind, diagonal), struck), tried): (_, Result<Vec<_>>) = rayon::join(
+        || {
+            rayon::join(
+                || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
+                || {
+                    STRUCK.map(|name| {
+                        let strikes = gauge::strikes(&robot, &factory, name);
+                        progress.tick();
+                        strikes
+                    })
+                },
+            )
+        },
         || {
             let each = asked.par_iter().with_max_len(1);
             each.map(|asked| Ok((asked.0, run(&factory, asked)?)))
                 .collect()
         },
     );
+    let [behind_struck, diagonal_struck] = struck;
     let pushes = [behind?, diagonal?];
     let impose = |name: &str| -> Result<(ImposedRecord, MotionPlot)> {
         let scenario = Scenario::load(name)?;
@@ -186,12 +201,13 @@ pub fn run() -> Result<Study> {
         landed_sets,
         pushes,
         tried: tried?,
+        struck: [behind_struck?, diagonal_struck?],
         errors,
         moving,
     })
 }
 
-fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
+pub fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
     let scenario = Scenario::load(name)?;
     let Cause::Push(push) = scenario.cause()? else {
         return Err(is_not(name, "a push"));
@@ -199,7 +215,7 @@ fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
     Ok((push, scenario.episode(robot)))
 }
 
-fn by(push: Push) -> Disturbance {
+pub fn by(push: Push) -> Disturbance {
     Disturbance {
         pushes: vec![push],
         ..Disturbance::default()
@@ -207,7 +223,7 @@ fn by(push: Push) -> Disturbance {
 }
 
 /// The error for a scenario that is not of the kind that the figures need.
-fn is_not(scenario: &str, accepted: &str) -> Error {
+pub fn is_not(scenario: &str, accepted: &str) -> Error {
     Error::value(
         "standfast-paper page",
         "scenario",
@@ -233,7 +249,7 @@ mod tests {
             "moving-backward",
             "moving-diagonal",
         ];
-        for name in others.into_iter().chain(LIKE_IMPOSED) {
+        for name in others.into_iter().chain(LIKE_IMPOSED).chain(STRUCK) {
             assert_eq!(same(&Scenario::load(name).unwrap()), first, "{name}");
         }
     }

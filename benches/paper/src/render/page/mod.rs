@@ -125,6 +125,7 @@ fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
         "7" => robot::machine(study),
         "8" => robot::imposed(study),
         "9" => time::imposed(study),
+        "10" => time::strikes(numbers),
         "12" => robot::pushed(study, &study.pushes[0]),
         "13" => robot::pushed(study, &study.pushes[1]),
         "14" => time::pushed(study),

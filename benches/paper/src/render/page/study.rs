@@ -1,7 +1,7 @@
 //! The data of the page: the runs of the paper's scenarios, and the CPI sets of the paper's controller.
 
 use crate::imposed::ImposedRecord;
-use nalgebra::{Isometry2, Point2, Vector2};
+use nalgebra::{Isometry2, Point2, Vector2, Vector3};
 use standfast::core::control::Design;
 use standfast::core::geometry::SupportPolygon;
 use standfast::core::lipm::cpi_set::{CpiSet, Inclusion};
@@ -11,6 +11,7 @@ use standfast::core::robot::{Foot, PerFoot, Robot};
 use standfast::report::figure::motion::MotionPlot;
 use standfast::sim::Push;
 use standfast::sim::episode::{Film, Footstep, Judge, Record};
+use standfast::sim::pendulum::FoamForce;
 
 /// All runs and CPI sets that the figures show.
 pub struct Study {
@@ -38,10 +39,22 @@ pub struct Study {
     /// The push of Fig. 13 with other headings, then pushes whose ZMP errors come close to the imposed errors of Sect.
     /// V.C.
     pub tried: Vec<(Push, Record)>,
+    /// Strikes of the gauge on wires (Fig. 10), (a) from behind and (b) from diagonally forward left, each from soft to hard.
+    pub struck: [Vec<Struck>; 2],
     /// The imposed errors (a) and (b) of Sect. V.C, Fig. 8 and 9.
     pub errors: [ImposedRun; 2],
     /// The same errors as the result of a moving COM.
     pub moving: [ImposedRecord; 2],
+}
+
+/// The run of a strike by the gauge.
+pub struct Struck {
+    pub push: Push,
+    pub record: Record,
+    /// The trace of the gauge.
+    pub forces: Vec<FoamForce>,
+    /// What the robot gets (N s, world frame), summed over the ticks.
+    pub impulse: Vector3<f64>,
 }
 
 /// The run of a push that leads to a footstep, with physics.

@@ -1,10 +1,10 @@
-//! Figures over time: the phases of the pushed runs (Fig. 5), and COM ("COG"), ZMP and feet (Fig. 9 and 14).
+//! Figures over time: the traces of the gauge (Fig. 10), the phases of the pushed runs (Fig. 5), and COM ("COG"), ZMP and feet (Fig. 9 and 14).
 
 use super::study::{Pushed, Study};
 use serde_json::Value;
 use standfast::report::figure::axes::Axis;
 use standfast::report::figure::motion::MotionPlot;
-use standfast::report::figure::panel::{Panel, PanelPoint, PanelView, short};
+use standfast::report::figure::panel::{LegendSample, Panel, PanelPoint, PanelView, short};
 use standfast::report::text::story;
 use standfast::sim::episode::Snapshot;
 
@@ -142,6 +142,60 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
         });
     }
     panel
+}
+
+/// The panels of Fig. 10: the traces of the two hardest strikes from each side.
+pub fn strikes(numbers: &Value) -> Vec<Panel> {
+    let number = |value: &Value| value.as_f64().unwrap_or_default();
+    let range_n = number(&numbers["range_n"]);
+    let strikes = numbers["strikes"].as_array().map_or(&[][..], Vec::as_slice);
+    let points = |strike: &Value| -> Vec<PanelPoint> {
+        let pairs = strike["trace_ms_n"].as_array().into_iter().flatten();
+        pairs
+            .map(|pair| [number(&pair[0]), number(&pair[1])])
+            .collect()
+    };
+    let [last_ms, most_n] = [0, 1].map(|axis| {
+        let all = strikes.iter().flat_map(points).map(|point| point[axis]);
+        1.06 * all.fold([0.0, range_n][axis], f64::max)
+    });
+    let mut panels = Vec::new();
+    let sides = strikes.chunk_by(|a, b| a["from"] == b["from"]);
+    for (strikes, title) in sides.zip(["(a) from behind", "(b) from diagonally forward left"]) {
+        let mut panel = Panel::new(WIDTH, 348.0);
+        panel.text("title start", [LEFT, 20.0], [0.0, 0.0], title);
+        panel.axes(
+            [LEFT, 34.0, RIGHT, 250.0],
+            &Axis::new(
+                "time since the gauge touches the robot [ms]",
+                [0.0, last_ms],
+            ),
+            &Axis::new("force [N]", [0.0, most_n]),
+        );
+        panel.line("limit", [0.0, range_n], [last_ms, range_n]);
+        panel.text(
+            "small end",
+            [last_ms, range_n],
+            [-6.0, 14.0],
+            "range of the gauge",
+        );
+        let mut rows = Vec::new();
+        for (strike, class) in strikes[strikes.len() - 2..].iter().zip(["com", "dcm"]) {
+            panel.polyline(class, points(strike));
+            let [draw_m, impulse_n_s, peak_n] =
+                ["draw_m", "impulse_n_s", "peak_n"].map(|name| number(&strike[name]));
+            let told = format!(
+                "drawn back by {} m: {} N s, up to {} N",
+                short(draw_m, 2),
+                short(impulse_n_s, 2),
+                short(peak_n, 0)
+            );
+            rows.push((class.into(), LegendSample::Line, told));
+        }
+        panel.legend([LEFT, 310.0], &rows);
+        panels.push(panel);
+    }
+    panels
 }
 
 /// The panels of Fig. 9.
