@@ -62,22 +62,13 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
     let caught = push("found/trial-0.toml");
     assert_eq!(caught["outcome"], "Recovered", "{caught}");
     assert_eq!(caught["footsteps"], lost["found"]["footsteps"], "{caught}");
-    // Every number in the file is needed.
-    let text = fs::read_to_string(dir.path().join("found/trial-0.toml")).unwrap();
-    let (head, first) = text.split_once("[[catching.departures]]\n").unwrap();
-    let needed: Vec<&str> = first
-        .lines()
-        .take_while(|line| line.contains(" = ") && !line.contains('['))
-        .collect();
-    assert!(!needed.is_empty(), "{text}");
-    for line in needed {
-        let without = format!(
-            "{head}[[catching.departures]]\n{}",
-            first.replacen(line, "", 1)
-        );
-        fs::write(dir.path().join("without.toml"), without).unwrap();
-        assert_eq!(push("without.toml")["outcome"], "Fell", "{line}");
-    }
+    // It is no luck: it holds for pushes that are a little weaker and harder, and earlier and later.
+    let held = lost["found"]["held"].as_u64().unwrap();
+    assert!((6..=8).contains(&held), "{lost}");
+    assert!(
+        lost["most_held"].as_u64().unwrap() >= 6 && lost["alone_held"].as_u64().unwrap() < 6,
+        "{lost}"
+    );
 
     assert_eq!(search(&[&few[..], &["--out=found"]].concat()), json);
     let other = stderr(
