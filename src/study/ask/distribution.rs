@@ -29,7 +29,7 @@ pub enum Distribution {
     },
 }
 
-/// A list of 1 to [`MOST_VALUES`] numbers.
+/// A list of 1 to 24 numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, serde::Deserialize)]
 #[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 pub struct Values {

@@ -13,7 +13,7 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PendulumSpec {
-    /// If it is left out: that of RoboCup's rules, [`of_size_class_kg`].
+    /// If it is left out: that of RoboCup's rules for the size of the robot, 1 or 3 kg.
     pub mass_kg: f64,
     pub rope_m: f64,
     pub draw_m: Distribution,

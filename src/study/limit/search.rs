@@ -65,7 +65,7 @@ pub struct PendulumLimit {
     pub draw50_ci95_m: [f64; 2],
     /// Impulse on the robot from that drawback (N s), in the first trial of the search; None if the robot fell before.
     pub transmitted_n_s: Option<f64>,
-    /// [`robocup_m`](crate::ask::pendulum::robocup_m) at the drawback.
+    /// The metric [`robocup_m`] at the drawback.
     pub robocup_m: f64,
 }
 
