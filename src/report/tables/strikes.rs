@@ -60,7 +60,7 @@ pub(super) fn declared(summary: &Summary) -> Table {
     let counted = summary.strikes.iter().enumerate();
     for (i, strikes) in counted.filter(|(_, strikes)| strikes.conditions.is_empty()) {
         let cells = match &strikes.declared {
-            None => ["nothing", "-", "-", "-"].map(String::from),
+            None => ["none", "-", "-", "-"].map(String::from),
             Some(declared) => {
                 let [least, most] = declared
                     .ci95_m
@@ -73,7 +73,7 @@ pub(super) fn declared(summary: &Summary) -> Table {
                 [
                     format!("{:.2}{farthest}", declared.draw_m),
                     format!("{:.2}", declared.momentum_n_s),
-                    format!("{:.3}", declared.robocup_m),
+                    declared.robocup_m.map_or("-".into(), |m| format!("{m:.3}")),
                     format!("{}/{}", count.recovered, count.trials),
                 ]
             }
@@ -82,7 +82,8 @@ pub(super) fn declared(summary: &Summary) -> Table {
     }
     table.with_note(format!(
         "From the drawback D each strike is withstood in {:.1} % of cases, so that three are in 95 %: the smallest such D of all \
-         headings, or the farthest of the campaign. M is the metric of RoboCup's push recovery.",
+         headings. `farthest`: the curve does not fall so low; without a loss, it takes 175 strikes of a side to show that. M is \
+         the metric of RoboCup's push recovery.",
         100.0 * OF_THREE
     ))
 }
@@ -105,13 +106,11 @@ pub(super) fn conditions(summary: &Summary) -> Table {
             let condition = &strikes.conditions[i];
             let count = &condition.count;
             let mark = match condition.stability {
-                Stability::Unstable => "*",
-                Stability::Stable | Stability::Partly => "",
+                Some(Stability::Unstable) => "*",
+                _ => "",
             };
-            let absorbed = match condition.absorbed.is_nan() {
-                true => "-".into(),
-                false => format!("{:.0} %", 100.0 * condition.absorbed),
-            };
+            let absorbed = condition.absorbed;
+            let absorbed = absorbed.map_or("-".into(), |share| format!("{:.0} %", 100.0 * share));
             format!(
                 "{}/{}{mark} {absorbed}",
                 count.trials - count.recovered,
@@ -121,7 +120,7 @@ pub(super) fn conditions(summary: &Summary) -> Table {
         table.row(texts(head).chain(summary.strikes.iter().map(of).map(cell)));
     }
     table.with_note(
-        "Strikes that were lost, and the energy that the bob lost to the robot and its own padding, as a share of what it had. \
+        "Strikes that were lost, and the energy that the bob lost along its way, to the robot and its own padding, as a share of what it had. \
          `*`: unstable, since 30 % or more were lost. DysTurbance asks for ten strikes or more in each condition.",
     )
 }

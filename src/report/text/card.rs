@@ -42,9 +42,13 @@ pub fn conclusion(card: &Card) -> String {
     } else {
         "was lost by the weakest push that was tried".into()
     };
+    let hard = match limit.pendulum {
+        Some(of_bob) => format!("drawn back by {:.2} m", of_bob.draw50_m),
+        None => format!("{:.2} m/s", limit.dv_m_s),
+    };
     format!(
-        "{} with {} {safe}, and is weakest at {:.0} degrees, where it survives {:.2} N s ({:.2} m/s) half of the time.",
-        card.limits.robot, card.controller, weakest.heading_deg, limit.impulse50_n_s, limit.dv_m_s
+        "{} with {} {safe}, and is weakest at {:.0} degrees, where it survives {:.2} N s ({hard}) half of the time.",
+        card.limits.robot, card.controller, weakest.heading_deg, limit.impulse50_n_s
     )
 }
 

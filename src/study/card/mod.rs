@@ -385,7 +385,7 @@ impl<'a> CardSearch<'a> {
 
     /// The pushes for hardware, in their order and yet without predictions, with their chances by the limits alone.
     fn chosen(&self, limits: &Limits) -> Result<Vec<(CardPush, Chance)>> {
-        let mut candidates = Vec::new();
+        let mut candidates: Vec<(CardPush, Chance, usize)> = Vec::new();
         for (group, heading) in limits.headings.iter().enumerate() {
             let limit = &heading.controllers[0];
             for level in LEVELS {
@@ -397,7 +397,11 @@ impl<'a> CardSearch<'a> {
                     (Some(bob), Some(draw_m)) => bob.momentum_n_s(draw_m),
                     _ => two_digits(impulse_n_s),
                 };
-                if impulse_n_s <= 0.0 {
+                // Two levels can be one push, as rounded.
+                let is_again = candidates.last().is_some_and(|(before, ..)| {
+                    [before.heading_deg, before.impulse_n_s] == [heading.heading_deg, impulse_n_s]
+                });
+                if impulse_n_s <= 0.0 || is_again {
                     continue;
                 }
                 let push = CardPush {

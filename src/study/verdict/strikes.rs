@@ -1,9 +1,11 @@
 //! What the strikes of a pendulum came to. RoboCup's push recovery asks a team to declare a drawback D from which the robot
 //! withstands three strikes, from the front and from behind. EUROBENCH's DysTurbance protocol strikes ten times in each
-//! condition, calls a condition unstable in which 30 % or more fall, and states the energy that the robot absorbed.
+//! condition, calls a condition unstable in which 30 % or more fall, and states the energy that the robot absorbed. Here a
+//! strike from which the robot does not recover counts as a fall, as everywhere in a result.
 
 use crate::ask::distribution::Distribution;
 use crate::ask::pendulum::{PendulumSpec, robocup_m};
+use crate::ask::push::PushedPoint;
 use crate::ask::spec::Campaign;
 use crate::verdict::trial_columns::TrialColumns;
 use serde::Serialize;
@@ -57,11 +59,11 @@ pub struct Declared {
     pub draw_m: f64,
     /// 95 % interval (m) at the heading of this drawback.
     pub ci95_m: [Option<f64>; 2],
-    /// Whether it is the farthest of the campaign, because a farther one might do.
+    /// Whether it is the farthest of a side, because nothing shows that a farther one would not do.
     pub is_farthest: bool,
     pub momentum_n_s: f64,
-    /// RoboCup's ranking metric M, [`robocup_m`].
-    pub robocup_m: f64,
+    /// RoboCup's ranking metric M, [`robocup_m`]; None if the height of the strike above the COM is not stated.
+    pub robocup_m: Option<f64>,
     /// Strikes up to this drawback, and those of them that were withstood.
     pub up_to_it: SuccessCount,
 }
@@ -75,9 +77,11 @@ pub struct Condition {
     pub energy_j: f64,
     #[serde(flatten)]
     pub count: SuccessCount,
-    pub stability: Stability,
-    /// Mean over the strikes of the energy that the bob lost to robot and padding, as a share of `energy_j`.
-    pub absorbed: f64,
+    /// None without strikes.
+    pub stability: Option<Stability>,
+    /// Mean over the strikes of the energy that the bob lost along its way, to robot and padding, as a share of `energy_j`.
+    /// None if it is not known.
+    pub absorbed: Option<f64>,
 }
 
 /// How DysTurbance sorts conditions.
@@ -92,7 +96,7 @@ pub enum Stability {
 }
 
 /// The strikes that each controller met, or nothing for a campaign without a pendulum.
-pub(super) fn of(campaign: &Campaign, all: &TrialColumns) -> Vec<Strikes> {
+pub(super) fn of(campaign: &Campaign, all: &TrialColumns, until_resolved: bool) -> Vec<Strikes> {
     let Some(pendulum) = campaign.push.pendulum else {
         return Vec::new();
     };
@@ -104,9 +108,11 @@ pub(super) fn of(campaign: &Campaign, all: &TrialColumns) -> Vec<Strikes> {
                 pendulum,
                 all,
                 controller,
+                until_resolved,
             };
             let headings = match campaign.push.heading_deg {
                 Distribution::Each { each } => each.list().iter().copied().map(Some).collect(),
+                Distribution::Constant(heading_deg) => vec![Some(heading_deg)],
                 _ => vec![None],
             };
             let mut conditions = Vec::new();
@@ -132,6 +138,7 @@ struct Met<'a> {
     pendulum: PendulumSpec,
     all: &'a TrialColumns,
     controller: usize,
+    until_resolved: bool,
 }
 
 impl Met<'_> {
@@ -158,15 +165,12 @@ impl Met<'_> {
                 none_because: level.err(),
             }
         };
-        let stable = conditions
-            .iter()
-            .take_while(|condition| condition.stability == Stability::Stable);
-        let unstable = conditions
-            .iter()
-            .find(|condition| condition.stability == Stability::Unstable);
+        let struck = || conditions.iter().filter(|of| of.stability.is_some());
+        let stable = struck().take_while(|of| of.stability == Some(Stability::Stable));
+        let unstable = struck().find(|of| of.stability == Some(Stability::Unstable));
         Towards {
             heading_deg,
-            count: counted(trials.iter().map(|(_, recovered)| *recovered)),
+            count: self.counted(trials.iter().map(|(_, recovered)| *recovered)),
             draw50_m: at(0.5),
             draw_of_three_m: at(OF_THREE),
             stable_to_j: stable.last().map(|condition| condition.energy_j),
@@ -192,22 +196,24 @@ impl Met<'_> {
                 .filter(|trial| self.all.heading_deg(*trial) == heading_deg)
                 .filter(|trial| self.all.impulse_n_s(*trial) == momentum_n_s)
                 .collect();
-            let count = counted(trials.iter().map(|trial| ended[*trial].has_recovered()));
+            let count = self.counted(trials.iter().map(|trial| ended[*trial].has_recovered()));
             let left_j: f64 = trials
                 .iter()
                 .map(|trial| energy_j(momentum_n_s - struck_n_s.get(*trial).unwrap_or(&f64::NAN)))
                 .sum();
             let energy_j = energy_j(momentum_n_s);
+            let absorbed = 1.0 - left_j / count.trials as f64 / energy_j;
+            let stability = match 1.0 - count.success_rate {
+                0.0 => Stability::Stable,
+                lost if lost >= UNSTABLE => Stability::Unstable,
+                _ => Stability::Partly,
+            };
             conditions.push(Condition {
                 heading_deg,
                 draw_m,
                 energy_j,
-                stability: match 1.0 - count.success_rate {
-                    0.0 => Stability::Stable,
-                    lost if lost >= UNSTABLE => Stability::Unstable,
-                    _ => Stability::Partly,
-                },
-                absorbed: 1.0 - left_j / trials.len() as f64 / energy_j,
+                stability: (count.trials > 0).then_some(stability),
+                absorbed: absorbed.is_finite().then_some(absorbed),
                 count,
             });
         }
@@ -216,45 +222,56 @@ impl Met<'_> {
 
     fn declared(&self, towards: &[Towards]) -> Option<Declared> {
         let bob = self.pendulum.bob();
-        let farthest_m = self
-            .trials(None)
-            .iter()
-            .fold(0.0, |m: f64, (draw_m, _)| m.max(*draw_m));
         let mut least = Level {
-            at: farthest_m,
+            at: f64::INFINITY,
             ci95: [None; 2],
         };
+        let mut is_farthest = false;
         for heading in towards {
-            match (
-                heading.draw_of_three_m.level,
-                heading.draw_of_three_m.none_because,
-            ) {
-                (Some(level), _) if level.at < least.at => least = level,
-                (Some(_), _) | (_, Some(NoCurve::AboveRange | NoCurve::AllRecovered)) => {}
+            let of_three = &heading.draw_of_three_m;
+            let trials = self.trials(heading.heading_deg);
+            let farthest_m = trials
+                .iter()
+                .fold(0.0, |m: f64, (draw_m, _)| m.max(*draw_m));
+            let level = match (of_three.level, of_three.none_because) {
+                (Some(level), _) => level,
+                (_, Some(NoCurve::AboveRange | NoCurve::AllRecovered)) => Level {
+                    at: farthest_m,
+                    ci95: [None; 2],
+                },
                 _ => return None,
+            };
+            if level.at < least.at {
+                (least, is_farthest) = (level, of_three.level.is_none());
             }
         }
         let trials = self.trials(None);
         let up_to_it = trials.iter().filter(|(draw_m, _)| *draw_m <= least.at);
-        let height_m = self.campaign.push.height_m.mean();
+        let push = &self.campaign.push;
+        let height_m = matches!(push.point_m, PushedPoint::AtCom(_)).then(|| push.height_m.mean());
         Some(Declared {
             draw_m: least.at,
             ci95_m: least.ci95,
-            is_farthest: least.at == farthest_m,
+            is_farthest,
             momentum_n_s: bob.momentum_n_s(least.at),
-            robocup_m: robocup_m(&bob, least.at, height_m, &self.campaign.units),
-            up_to_it: counted(up_to_it.map(|(_, recovered)| *recovered)),
+            robocup_m: height_m
+                .map(|height_m| robocup_m(&bob, least.at, height_m, &self.campaign.units)),
+            up_to_it: self.counted(up_to_it.map(|(_, recovered)| *recovered)),
         })
     }
-}
 
-fn counted(recovered: impl Iterator<Item = bool>) -> SuccessCount {
-    let (mut trials, mut successes) = (0, 0);
-    for recovered in recovered {
-        trials += 1;
-        successes += u64::from(recovered);
+    fn counted(&self, recovered: impl Iterator<Item = bool>) -> SuccessCount {
+        let (mut trials, mut successes) = (0, 0);
+        for recovered in recovered {
+            trials += 1;
+            successes += u64::from(recovered);
+        }
+        let count = SuccessCount::new(successes, trials);
+        match self.until_resolved {
+            true => count.at_any_time(),
+            false => count,
+        }
     }
-    SuccessCount::new(successes, trials)
 }
 
 #[cfg(test)]
@@ -282,7 +299,7 @@ mod tests {
                 row.record.totals = Totals([struck].into());
             }));
         }
-        of(campaign, &columns_of_rows(&rows, &["a"])).remove(0)
+        of(campaign, &columns_of_rows(&rows, &["a"]), false).remove(0)
     }
 
     #[test]
@@ -306,9 +323,12 @@ mod tests {
         );
         assert_eq!(declared.up_to_it.recovered, declared.up_to_it.trials);
         // A bob of 1 kg falls by 0.106 m; the robot has 8 kg, and its COM is 0.31 m high.
-        assert!((declared.robocup_m - 0.131).abs() < 3e-3, "{declared:?}");
+        assert!(
+            (declared.robocup_m.unwrap() - 0.131).abs() < 3e-3,
+            "{declared:?}"
+        );
         let all = strikes(&robocup, |_, _| false).declared.unwrap();
-        assert!(all.is_farthest && all.draw_m > 1.29, "{all:?}");
+        assert!(all.is_farthest && all.draw_m > 1.28, "{all:?}");
         assert_eq!(strikes(&robocup, |_, _| true).declared, None);
     }
 
@@ -339,10 +359,10 @@ mod tests {
                 .iter()
                 .all(|condition| condition.count.trials == 10)
         );
-        assert!(of(0.0).all(|condition| condition.stability == Stability::Stable));
+        assert!(of(0.0).all(|condition| condition.stability == Some(Stability::Stable)));
         let sorted: Vec<_> = of(90.0).map(|condition| condition.stability).collect();
         let [stable, partly, unstable] =
-            [Stability::Stable, Stability::Partly, Stability::Unstable];
+            [Stability::Stable, Stability::Partly, Stability::Unstable].map(Some);
         assert_eq!(sorted[..3], [stable; 3]);
         assert_eq!(sorted[3..6], [partly, stable, unstable]);
         // A bob of 1.502 kg on 1 m that is drawn back by 0.4 m falls by 0.0835 m, and by 0.7 m, 0.286 m.
@@ -354,6 +374,30 @@ mod tests {
             "{towards:?}"
         );
         // A bob that stops has lost all of its energy.
-        assert!(of(180.0).all(|condition| (condition.absorbed - 1.0).abs() < 1e-12));
+        assert!(of(180.0).all(|condition| (condition.absorbed.unwrap() - 1.0).abs() < 1e-12));
+    }
+
+    /// A direction that was not struck is neither stable nor unstable, and nothing can be declared.
+    #[test]
+    fn what_was_not_struck_is_not_judged() {
+        let few = Campaign {
+            trials: 8,
+            ..campaign("dysturbance", &[])
+        };
+        let found = strikes(&few, |_, _| false);
+        assert!(found.towards[0].stable_to_j.is_some());
+        for towards in &found.towards[1..] {
+            assert_eq!((towards.stable_to_j, towards.unstable_from_j), (None, None));
+        }
+        let untried = found.conditions.iter().filter(|of| of.heading_deg != 0.0);
+        assert!(untried.clone().count() == 16 && untried.clone().all(|of| of.stability.is_none()));
+        let one = Campaign {
+            trials: 1,
+            ..campaign("robocup", &[])
+        };
+        assert_eq!(strikes(&one, |_, _| false).declared, None);
+        // One heading needs no list.
+        let aside = campaign("dysturbance", &["push.heading_deg=90"]);
+        assert_eq!(strikes(&aside, |_, _| false).conditions.len(), 8);
     }
 }

@@ -131,7 +131,7 @@ impl Summary {
                 false => INTERVAL,
             },
             controllers,
-            strikes: strikes::of(campaign, rows),
+            strikes: strikes::of(campaign, rows, deciding.until_resolved),
             reference,
             pairs,
             gates: gates.judged(rows),

@@ -112,7 +112,10 @@ impl TrialColumns {
                 counted,
             } = &mut self.controllers[controller];
             ended.push(EpisodeEnd::of(row));
-            struck_n_s.extend(row.record.totals.get("bob_impulse_n_s"));
+            if let Some(struck) = row.record.totals.get("bob_impulse_n_s") {
+                struck_n_s.resize(ended.len() - 1, f64::NAN);
+                struck_n_s.push(struck);
+            }
             let is_moving = row
                 .record
                 .com_speed_at_push_m_s
@@ -130,7 +133,7 @@ impl TrialColumns {
         &self.controllers[controller].ended
     }
 
-    /// The impulse that the bob gave to the robot in each trial (N s), from trial 0; empty without a pendulum.
+    /// The impulse that the bob gave to the robot in each trial (N s), from trial 0; NaN or left out where it is not known.
     pub fn struck_n_s(&self, controller: usize) -> &[f64] {
         &self.controllers[controller].struck_n_s
     }
