@@ -110,6 +110,7 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
 
 /// Both languages have the same two controllers, whose commands are the same to the bit.
 #[test]
+#[ignore = "compiles C++, a sixth of a minute"]
 fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
     if !has_python() || Command::new("g++").arg("--version").output().is_err() {
         eprintln!("left out: there is no g++");
@@ -201,6 +202,7 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
 }
 
 #[test]
+#[ignore = "a tenth of a minute"]
 fn parameters_are_swept_and_numbers_are_traced() {
     if !has_python() {
         return;

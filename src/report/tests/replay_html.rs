@@ -599,6 +599,7 @@ const SAVED: &str = "(async () => {
 })()";
 
 #[test]
+#[ignore = "draws in a browser for a quarter of a minute"]
 fn the_page_saves_what_it_shows_and_the_same_bytes_again() {
     let Some(mut browser) = Browser::start() else {
         return;
