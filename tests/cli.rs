@@ -134,6 +134,14 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (
             good,
+            &["push", "--set=episode.judge.max_sole_force_weights=1"],
+            &[
+                "episode.judge.max_sole_force_weights = 1: out of range",
+                "more than 1, which one sole bears at rest, at most 1000",
+            ],
+        ),
+        (
+            good,
             &["push", "--set=episode.horizon_s=0.1"],
             &[
                 "standing_time_s = 0.500004",
@@ -663,10 +671,17 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
         (set["name"].as_str(), set["trials"].as_u64()),
         (Some("hold"), Some(3))
     );
-    let total: u64 = ["recovered", "fell", "diverged", "failed", "timed_out"]
-        .iter()
-        .map(|k| set[k].as_u64().unwrap())
-        .sum();
+    let total: u64 = [
+        "recovered",
+        "fell",
+        "broke",
+        "diverged",
+        "failed",
+        "timed_out",
+    ]
+    .iter()
+    .map(|k| set[k].as_u64().unwrap())
+    .sum();
     assert_eq!(total, 3);
     assert_eq!(summary["config_hash"].as_str().unwrap().len(), 64);
     assert_eq!(
@@ -694,6 +709,13 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     let plain = standfast(dir.path(), &push).success();
     let fell: serde_json::Value = serde_json::from_str(&stdout(&plain)).unwrap();
     assert_eq!(fell["outcome"], "Fell");
+    let limit = "--set=episode.judge.max_sole_force_weights=1.01";
+    let broke = standfast(dir.path(), &[&push[..], &[limit]].concat()).success();
+    assert!(
+        stdout(&broke).contains("\"fall_cause\": \"left sole bore more than 1.01 weights\""),
+        "{}",
+        stdout(&broke)
+    );
     let both = standfast(
         dir.path(),
         &[&push[..], &["--plot=a.svg", "--trace=a.csv"]].concat(),
