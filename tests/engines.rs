@@ -101,7 +101,7 @@ fn soles_and_gears_bear_what_the_robot_is_and_does() {
         let lift = Pull {
             link: robot.trunk,
             point: robot.links[robot.trunk].com_m,
-            force: Vector3::new(0.0, 0.0, 3.0 * weight_n),
+            force: Vector3::new(0.0, 0.0, 2.0 * weight_n),
         };
         let (mut highest_m, mut peak_n, mut ticks) = (0.0_f64, 0.0_f64, [0.0; 3]);
         hold(
