@@ -240,7 +240,7 @@ impl EpisodeReport<'_> {
             let late = if came(push, record) {
                 ""
             } else {
-                "; the robot had fallen by then"
+                "; the robot was lost by then"
             };
             let dv = velocity_change(&Units::of(self.robot), push.impulse_n_s);
             line(
