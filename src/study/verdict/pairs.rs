@@ -108,14 +108,15 @@ impl PairLanding {
         })
     }
 
-    /// Which of a and b lands harder, in a sentence; empty if that is not known, or if it is by less than a twentieth.
-    fn in_words(&self, a: &str, b: &str) -> String {
+    /// Which of a and b lands harder, in a sentence; empty if that is not known, if it is by less than a twentieth, or if
+    /// its sole bears no more than the robot's weight, as when it stands on one foot.
+    fn in_words(&self, a: &str, b: &str, weight_n: f64) -> String {
         let (name, ratio, [least, most]) = match self.ratio_ci95 {
             Some(ci) if ci[0] > 1.0 => (a, self.ratio, ci),
             Some([least, most]) if most < 1.0 => (b, 1.0 / self.ratio, [1.0 / most, 1.0 / least]),
             _ => return String::new(),
         };
-        if ratio < 1.05 {
+        if ratio < 1.05 || self.median_a_n.max(self.median_b_n) <= weight_n {
             return String::new();
         }
         format!(
@@ -168,6 +169,8 @@ pub struct DecisionRule {
     pub margin: f64,
     /// Whether more trials can be run. Those of a packed result cannot.
     pub has_more: bool,
+    /// Weight of the robot (N).
+    pub weight_n: f64,
 }
 
 impl DecisionRule {
@@ -177,6 +180,7 @@ impl DecisionRule {
             until_resolved: campaign.stopping.until_resolved,
             margin: campaign.stopping.margin,
             has_more: manifest.robot.is_none(),
+            weight_n: campaign.units.weight_n(),
         }
     }
 }
@@ -207,6 +211,7 @@ impl PairSummary {
             until_resolved,
             margin,
             has_more,
+            weight_n,
         }: DecisionRule,
     ) -> Self {
         let standing = PairDecision::of(rows, controllers, pairs, until_resolved, margin);
@@ -257,7 +262,7 @@ impl PairSummary {
         };
         pair.words = pair.in_words(margin);
         if let Some(landing) = &pair.landing {
-            pair.words += &landing.in_words(&pair.a, &pair.b);
+            pair.words += &landing.in_words(&pair.a, &pair.b, weight_n);
         }
         pair
     }
@@ -380,6 +385,7 @@ mod tests {
         until_resolved: false,
         margin: 0.02,
         has_more: true,
+        weight_n: 0.0,
     };
 
     const UNTIL_RESOLVED: DecisionRule = DecisionRule {
@@ -458,31 +464,40 @@ mod tests {
     /// Only trials from which both recovered tell.
     #[test]
     fn a_controller_that_lands_harder_is_named() {
-        let words = |trials: u64, share: f64| {
+        let words = |trials: u64, share: f64, weight_n: f64| {
             let mut rows = Vec::new();
             for trial in 0..trials {
                 for (name, times) in [("a", 1.0), ("b", share)] {
                     let outcome = if trial % 2 == 0 { Recovered } else { Fell };
                     let mut row = row(trial, name, 1.0, outcome);
                     let times = if outcome == Fell { 1.0 } else { times };
-                    row.record.peak_sole_force_n = Some(times * (90.0 + trial as f64));
+                    row.record.peak_sole_force_n = Some(times * (80.0 + trial as f64));
                     rows.push(row);
                 }
             }
             let columns = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
-            PairSummary::all(&columns, &[(0, 1)], &[], AT_ONCE)
+            let deciding = DecisionRule {
+                weight_n,
+                ..AT_ONCE
+            };
+            PairSummary::all(&columns, &[(0, 1)], &[], deciding)
                 .remove(0)
                 .words
         };
         let ending = " Where both recover, b lands 2.0 times as hard (2.0 to 2.0).";
-        assert!(words(20, 2.0).ends_with(ending), "{}", words(20, 2.0));
-        assert!(
-            words(20, 0.5).contains(", a lands 2.0 times"),
-            "{}",
-            words(20, 0.5)
-        );
-        for (trials, share) in [(20, 1.0), (20, 1.04), (10, 2.0)] {
-            assert!(!words(trials, share).contains("lands"), "{trials}, {share}");
+        let [of_b, of_a] = [2.0, 0.5].map(|share| words(20, share, 85.0));
+        assert!(of_b.ends_with(ending), "{of_b}");
+        assert!(of_a.contains(", a lands 2.0 times"), "{of_a}");
+        for (trials, share, weight_n) in [
+            (20, 1.0, 0.0),
+            (20, 1.04, 0.0),
+            (10, 2.0, 0.0),
+            (20, 0.5, 95.0),
+        ] {
+            assert!(
+                !words(trials, share, weight_n).contains("lands"),
+                "{trials}, {share}"
+            );
         }
     }
 
