@@ -455,8 +455,8 @@ impl Plant {
         });
     }
 
-    /// Adds the ground's wrenches of the past physics step to the averages of the tick, and notes its loads. Notes the link that touches the
-    /// ground with other parts than a sole, and the links that touch each other.
+    /// Adds the ground's wrenches of the past physics step to the averages of the tick. Notes the largest loads, the link
+    /// that touches the ground with other parts than a sole, and the links that touch each other.
     fn add_contacts(
         &mut self,
         share: f64,

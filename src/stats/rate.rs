@@ -149,7 +149,8 @@ mod tests {
         }
     }
 
-    // Expected ranks: scipy 1.17.1, `binom.ppf(0.025, n, 0.5)` and its mirror image.
+    // Expected ranks: the smallest k with more than 2.5 % of 2^n in the sum of the binomial coefficients up to k, and its
+    // mirror image.
     #[test]
     fn an_interval_of_a_median_is_between_the_ranks_of_the_sign_test() {
         for (n, ranks) in [

@@ -23,7 +23,8 @@ pub struct Judge {
     /// Which outcomes count as won.
     #[serde(default)]
     pub counts: Counts,
-    /// For broke: the [load](crate::loads) of a sole is more than this many weights of the robot as designed. None if no load breaks it.
+    /// For broke: the [load](crate::loads) of a sole is more than this many weights of the robot as designed. None if no
+    /// load breaks it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_sole_force_weights: Option<f64>,
     /// For being home: largest horizontal distance of the COM from the point midway between the soles' centres.
