@@ -134,6 +134,14 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (
             good,
+            &["push", "--set=episode.judge.max_sole_force_weights=1"],
+            &[
+                "episode.judge.max_sole_force_weights = 1: out of range",
+                "more than 1, which one sole bears at rest, at most 1000",
+            ],
+        ),
+        (
+            good,
             &["push", "--set=episode.horizon_s=0.1"],
             &[
                 "standing_time_s = 0.500004",
@@ -663,10 +671,17 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
         (set["name"].as_str(), set["trials"].as_u64()),
         (Some("hold"), Some(3))
     );
-    let total: u64 = ["recovered", "fell", "diverged", "failed", "timed_out"]
-        .iter()
-        .map(|k| set[k].as_u64().unwrap())
-        .sum();
+    let total: u64 = [
+        "recovered",
+        "fell",
+        "broke",
+        "diverged",
+        "failed",
+        "timed_out",
+    ]
+    .iter()
+    .map(|k| set[k].as_u64().unwrap())
+    .sum();
     assert_eq!(total, 3);
     assert_eq!(summary["config_hash"].as_str().unwrap().len(), 64);
     assert_eq!(
@@ -678,6 +693,17 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
     ))
     .unwrap();
     assert_eq!(status["complete"], true);
+}
+
+#[test]
+fn a_robot_that_lands_harder_than_the_limit_breaks() {
+    let limit = "--set=episode.judge.max_sole_force_weights=1.5";
+    let push = standfast(folder().path(), &["push", "--impulse=5", limit]).success();
+    let told = stdout(&push);
+    assert!(
+        told.contains("broke at t = ") && told.contains(": left sole bore more than 1.5 weights"),
+        "{told}"
+    );
 }
 
 #[test]

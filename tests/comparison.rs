@@ -311,6 +311,10 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
         &["--set=variations.kp_scale=0.1"],
         "variations.kp_scale is \"nominal\" there and 0.1 here",
     );
+    refused(
+        &["--set=episode.judge.max_sole_force_weights=4"],
+        "episode.judge.max_sole_force_weights is null there and 4 here",
+    );
     refused(&["--seed=9"], "seed is 1 there and 9 here");
     let itself = standfast(
         dir.path(),

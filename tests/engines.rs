@@ -88,6 +88,75 @@ fn a_robot_in_flight_falls_freely() {
     }
 }
 
+/// A robot at rest bears half of its weight on each sole, and its gears bear what its motors give. A robot that falls is
+/// stopped by its soles: while their force is largest, which is for 6 ms, they take at most its momentum.
+#[test]
+fn soles_and_gears_bear_what_the_robot_is_and_does() {
+    standfast::leaves::add();
+    let bench = Bench::new("hold");
+    let robot = &bench.robot;
+    let weight_n = robot.mass() * GRAVITY;
+    let mut peaks = Vec::new();
+    for engine in Engine::ALL {
+        let lift = Pull {
+            link: robot.trunk,
+            point: robot.links[robot.trunk].com_m,
+            force: Vector3::new(0.0, 0.0, 2.0 * weight_n),
+        };
+        let (mut highest_m, mut peak_n, mut ticks) = (0.0_f64, 0.0_f64, [0.0; 3]);
+        hold(
+            &bench,
+            robot,
+            Ground::default(),
+            clock(engine),
+            1.5,
+            |plant| {
+                plant.pull = ((1.0 - 1e-9)..1.1)
+                    .contains(&plant.truth().time_s)
+                    .then_some(lift);
+                let truth = plant.truth();
+                let loads = &truth.loads;
+                if (0.9..1.0).contains(&truth.time_s) {
+                    let sum = loads.soles_n.left + loads.soles_n.right;
+                    assert!((sum / weight_n - 1.0).abs() < 0.01, "{engine:?}: {loads:?}");
+                    assert!((loads.soles_n.left / sum - 0.5).abs() < 0.05, "{loads:?}");
+                    let servos = robot.servos.iter();
+                    let motor = truth
+                        .tau
+                        .iter()
+                        .zip(servos)
+                        .map(|(tau, servo)| tau.abs() / servo.torque_n_m);
+                    let most = motor.fold(0.0, f64::max);
+                    assert!(
+                        (loads.gear_ratio / most - 1.0).abs() < 0.02,
+                        "{engine:?}: {most}, {loads:?}"
+                    );
+                }
+                ticks.rotate_left(1);
+                ticks[2] = truth.sole_wrenches.left.force.z;
+                let mean_n = ticks.iter().sum::<f64>() / 3.0;
+                assert!(
+                    (loads.soles_n.left - mean_n).abs() < 1e-6 * weight_n || truth.time_s < 0.006
+                );
+                highest_m = highest_m.max(truth.com.z);
+                peak_n = peak_n.max(loads.soles_n.left + loads.soles_n.right);
+            },
+        );
+        let fall_m = highest_m - robot.home_com_height();
+        let momentum = robot.mass() * (2.0 * GRAVITY * fall_m).sqrt();
+        println!(
+            "{engine:?}: falls by {fall_m:.3} m, {momentum:.2} N s; at most {:.2} weights",
+            peak_n / weight_n
+        );
+        assert!(
+            peak_n > 2.0 * weight_n && peak_n * 0.006 < momentum + weight_n * 0.006,
+            "{engine:?}: {peak_n} N"
+        );
+        peaks.push(peak_n);
+    }
+    assert!((peaks[0] / peaks[1] - 1.0).abs() < 0.1, "{peaks:?}");
+}
+
 /// On a slope of angle a the robot slides like a block: with g (sin a - mu cos a), and not at all if mu > tan a.
 #[test]
 fn on_a_slope_a_robot_slides_like_a_block() {

@@ -120,10 +120,17 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         assert_eq!(of("safe_trials"), (safe / 0.4).round() + 1.0);
         assert_eq!(
             of("trials"),
-            ["recovered", "fell", "timed_out", "diverged", "failed"]
-                .map(of)
-                .iter()
-                .sum::<f64>()
+            [
+                "recovered",
+                "fell",
+                "broke",
+                "timed_out",
+                "diverged",
+                "failed"
+            ]
+            .map(of)
+            .iter()
+            .sum::<f64>()
         );
         // The map has every impulse of the grid, up to a few beyond the limit.
         let map = json

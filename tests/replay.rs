@@ -5,7 +5,7 @@ use crate::common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast
 use std::fs;
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
-const REPLAYED: [&str; 14] = [
+const REPLAYED: [&str; 16] = [
     "outcome",
     "end_s",
     "fell_at_s",
@@ -15,6 +15,8 @@ const REPLAYED: [&str; 14] = [
     "peak_tilt_deg",
     "peak_torque_n_m",
     "peak_joint_speed_rad_s",
+    "peak_sole_force_n",
+    "peak_gear_torque_ratio",
     "peak_dcm_outside_m",
     "legs_met_at_s",
     "legs_met",

@@ -83,7 +83,8 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
     }
     if let Some(at) = record.fell_at_s {
         let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");
-        add(EventKind::Fall, at, at, format!("fell: {cause}"));
+        let text = format!("{}: {cause}", record.outcome.name());
+        add(EventKind::Fall, at, at, text);
     }
     if let Some(at) = record.settled_at_s {
         add(EventKind::Still, at, at, "standing still from here".into());

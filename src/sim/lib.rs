@@ -8,6 +8,7 @@ pub mod contact;
 pub mod engine;
 pub mod episode;
 pub mod ground;
+pub mod loads;
 pub mod meeting;
 pub mod noise;
 pub mod pendulum;

@@ -1,6 +1,7 @@
 //! The simulated robot. One control tick is a call of `sense` and then a call of `advance` with a command.
 
 use super::contact::{ContactPart, WorldWrench};
+use super::loads::{Loads, PeakLoads};
 use super::meeting::{Meeting, Pairs};
 use super::pendulum::{Strike, Struck, pushed_point};
 use super::physics::Physics;
@@ -54,6 +55,7 @@ pub struct Plant {
     drives: Vec<servo::Drive>,
     /// Excess of the past torques of each servo over its limit (N m).
     owed: Vec<f64>,
+    loads: Loads,
     /// Number of physics steps done.
     steps: u64,
     delay_steps: u64,
@@ -103,6 +105,8 @@ pub struct Truth {
     /// The pair of links that pressed on each other hardest in the past tick. Pairs of links of both legs go before
     /// others.
     pub meeting: Option<Meeting>,
+    /// The largest loads in the past tick.
+    pub loads: PeakLoads,
     /// The bob of the last push by a pendulum.
     pub strike: Option<Strike>,
 }
@@ -129,6 +133,7 @@ impl Truth {
             tau: vec![0.0; joints],
             touching: None,
             meeting: None,
+            loads: PeakLoads::default(),
             strike: None,
         }
     }
@@ -213,6 +218,7 @@ impl Plant {
                 joints
             ],
             owed: vec![0.0; joints],
+            loads: Loads::new(joints, clock.physics_step_s),
             steps: 0,
             // The delay is rounded to whole physics steps.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
@@ -282,6 +288,7 @@ impl Plant {
         self.truth.tau.fill(0.0);
         self.truth.touching = None;
         self.truth.meeting = None;
+        self.truth.loads = PeakLoads::default();
         let substeps = self.substeps();
         let share = 1.0 / substeps as f64;
         let mut soles = PerFoot::<WorldWrench>::default();
@@ -437,17 +444,19 @@ impl Plant {
             truth,
             drives,
             owed,
+            loads,
             ..
         } = self;
         physics.speeds(&mut |i, dq| {
             let tau = drives[i].constant - drives[i].damping * dq;
             owed[i] = servo::owed(&robot.servos[i], owed[i], tau);
             truth.tau[i] += share * tau;
+            loads.turn(i, &robot.servos[i], tau, dq);
         });
     }
 
-    /// Adds the ground's wrenches of the past physics step to the averages of the tick. Notes the link that touches the
-    /// ground with other parts than a sole, and the links that touch each other.
+    /// Adds the ground's wrenches of the past physics step to the averages of the tick. Notes the largest loads, the link
+    /// that touches the ground with other parts than a sole, and the links that touch each other.
     fn add_contacts(
         &mut self,
         share: f64,
@@ -455,7 +464,11 @@ impl Plant {
         total: &mut WorldWrench,
     ) {
         let (slope, touching) = (self.truth.ground.slope, &mut self.truth.touching);
+        let (normal, mut soles_n) = (slope * Vector3::z(), PerFoot::default());
         self.physics.touches(&slope, &mut |part, wrench| {
+            if let ContactPart::Sole(foot) = part {
+                soles_n[foot] += wrench.force.dot(&normal);
+            }
             let wrench = wrench * share;
             *total += wrench;
             match part {
@@ -466,6 +479,8 @@ impl Plant {
                 ContactPart::Link(_) => {}
             }
         });
+        self.loads
+            .bear(soles_n, &self.robot.servos, &mut self.truth.loads);
         let meeting = &mut self.truth.meeting;
         self.physics.meets(&mut |links, force_n| {
             let met = Meeting {

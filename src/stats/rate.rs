@@ -78,6 +78,22 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     }
 }
 
+/// Interval of the median of values in ascending order at a two-sided level (a share), whatever their distribution: it
+/// holds what a sign test does not reject. With `at_every_look` it holds however often one looks. None if the values
+/// are too few.
+pub fn median_interval(sorted: &[f64], level: f64, at_every_look: bool) -> Option<[f64; 2]> {
+    let n = sorted.len() as u64;
+    let interval = match at_every_look {
+        true => rate_interval,
+        false => clopper_pearson,
+    };
+    let counts: Vec<u64> = (0..=n / 2).collect();
+    // So many values are not below the median alone by chance.
+    let outside = counts.partition_point(|&below| interval(below, n, level)[1] < 0.5);
+    let first = outside.checked_sub(1)?;
+    Some([sorted[first], sorted[sorted.len() - outside]])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,6 +146,23 @@ mod tests {
             (&[4.0, 1.0, 2.0, 3.0], Some(2.5)),
         ] {
             assert_eq!(median(values.to_vec()), expected);
+        }
+    }
+
+    // Expected ranks: the smallest k with more than 2.5 % of 2^n in the sum of the binomial coefficients up to k, and its
+    // mirror image.
+    #[test]
+    fn an_interval_of_a_median_is_between_the_ranks_of_the_sign_test() {
+        for (n, ranks) in [
+            (5, None),
+            (6, Some([1.0, 6.0])),
+            (10, Some([2.0, 9.0])),
+            (100, Some([40.0, 61.0])),
+        ] {
+            let values: Vec<f64> = (1..=n).map(f64::from).collect();
+            assert_eq!(median_interval(&values, 0.95, false), ranks, "{n}");
+            let [least, most] = median_interval(&values, 0.95, true).unwrap_or([0.0, 101.0]);
+            assert!(ranks.is_none_or(|ranks| least < ranks[0] && most > ranks[1]));
         }
     }
 }

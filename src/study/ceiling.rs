@@ -371,7 +371,7 @@ impl<'a> CeilingSearch<'a> {
     fn cost(&self, record: &Record) -> f64 {
         match record.outcome {
             outcome if outcome.is_success() => 0.0,
-            Outcome::Fell => {
+            outcome if outcome.is_lost() => {
                 1.0 + self.campaign.episode.horizon_s - record.fell_at_s.unwrap_or(record.end_s)
             }
             Outcome::Diverged | Outcome::Failed => 2.0 + self.campaign.episode.horizon_s,

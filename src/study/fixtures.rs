@@ -53,8 +53,8 @@ pub fn record(outcome: Outcome) -> Record {
     Record {
         outcome,
         end_s: 2.0,
-        fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
-        fall_cause: matches!(outcome, Outcome::Fell | Outcome::Diverged | Outcome::Failed)
+        fell_at_s: outcome.is_lost().then_some(1.5),
+        fall_cause: (outcome.is_lost() || matches!(outcome, Outcome::Diverged | Outcome::Failed))
             .then(|| "left_knee, at the ground".into()),
         settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
         home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
@@ -64,6 +64,7 @@ pub fn record(outcome: Outcome) -> Record {
         peak_torque_ratio: 0.5,
         torque_limited_s: 0.004,
         peak_joint_speed_rad_s: 2.0,
+        peak_sole_force_n: Some(60.0),
         peak_dcm_outside_m: 1e-300,
         peak_slip_m: 0.003,
         promise_margin: Some(-0.25),

@@ -181,7 +181,7 @@ class Push:
 
     @property
     def outcome(self) -> str:
-        """Recovered, Fell, Diverged, TimedOut, Survived or Failed."""
+        """Recovered, Fell, Broke, Diverged, TimedOut, Survived or Failed."""
         return self.summary["outcome"]
 
     def __repr__(self) -> str:

@@ -36,7 +36,7 @@
   }
 
   // Maps show the trial nearest to the pointer.
-  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", S: "survived", F: "fell", D: "diverged", E: "failed", T: "timed out", "-": "not run" };
+  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", S: "survived", F: "fell", B: "broke", D: "diverged", E: "failed", T: "timed out", "-": "not run" };
   const place = (trial, most) => {
     const heading = trial[2] * Math.PI / 180, length = RADIUS * trial[1] / most;
     return [-length * Math.sin(heading), -length * Math.cos(heading)];

@@ -52,6 +52,7 @@ fn letter(outcome: Outcome) -> char {
         Outcome::Recovered => 'R',
         Outcome::Survived => 'S',
         Outcome::Fell => 'F',
+        Outcome::Broke => 'B',
         Outcome::Diverged => 'D',
         Outcome::Failed => 'E',
         Outcome::TimedOut => 'T',

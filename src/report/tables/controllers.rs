@@ -15,7 +15,8 @@ use std::iter::once;
 pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no controller had gets no column.
     type RareOutcome = (&'static str, fn(&ControllerSummary) -> u64);
-    let rare: [RareOutcome; 3] = [
+    let rare: [RareOutcome; 4] = [
+        ("broke", |controller| controller.broke),
         ("diverged", |controller| controller.diverged),
         ("failed", |controller| controller.failed),
         ("timed out", |controller| controller.timed_out),
@@ -211,11 +212,12 @@ pub(super) fn kind(by: &str, label: &str) -> String {
 /// How the trials of each controller were lost.
 pub(super) fn losses(summary: &Summary) -> Table {
     type Pick = fn(&Failures) -> u64;
-    let kinds: [(&str, Pick); 10] = [
+    let kinds: [(&str, Pick); 11] = [
         ("fell without a footstep", |f| f.fell_before_any_footstep),
         ("fell with a foot in the air", |f| f.fell_in_swing),
         ("fell after a landing", |f| f.fell_after_landing),
         ("not standing at the end", |f| f.timed_out),
+        ("a sole bore too much", |f| f.broke),
         ("diverged", |f| f.diverged),
         ("the controller failed", |f| f.failed),
         ("  falls: slipped", |f| f.fell_slipped),
@@ -298,12 +300,18 @@ fn counts<'a, F: Fn(&ControllerSummary) -> u64>(
 
 /// How long recoveries took.
 pub(super) fn times(summary: &Summary) -> Table {
-    let columns = headings("controller", ["to standing", "to home"]);
-    let mut table = Table::new("How long recoveries took", columns);
+    let columns = headings("controller", ["to standing", "to home"])
+        .chain(once(number("sole force").in_unit("N")));
+    let mut table = Table::new(
+        "How long recoveries took, and how hard they landed",
+        columns,
+    );
     for (i, controller) in summary.controllers.iter().enumerate() {
         let times = [controller.median_settling_s, controller.median_homing_s];
         let times = times.map(|time_s| cell(seconds(time_s)));
-        table.row(once(name(i, controller)).chain(times));
+        let force = controller.median_sole_force_n;
+        let force = cell(force.map_or("-".into(), |n| format!("{n:.0}")));
+        table.row(once(name(i, controller)).chain(times).chain(once(force)));
     }
     let home = match summary.episode.end_early {
         true => {
@@ -312,8 +320,8 @@ pub(super) fn times(summary: &Summary) -> Table {
         false => "",
     };
     table.with_note(format!(
-        "Median times from the end of the last push until the robot stands, and until its COM is home for good, over the \
-         controller's own recoveries. A controller that recovers from harder pushes has slower recoveries among its own.{home}"
+        "Median times from the end of the last push until the robot stands, and until its COM is home for good, and of the \
+         largest force on a sole, over the controller's own recoveries. A controller that recovers from harder pushes has slower and harder recoveries among its own.{home}"
     ))
 }
 

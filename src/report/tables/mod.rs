@@ -38,6 +38,7 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
         ("pairs", Short, pairs::engines(summary)),
         ("pairs", Full, pairs::effects(summary)),
         ("pairs", Full, pairs::counts(summary)),
+        ("pairs", Full, pairs::landings(summary)),
         ("", Short, pairs::gates(summary)),
         ("curves", Full, controllers::limits(summary)),
         ("curves", Page, controllers::by_impulse(summary)),

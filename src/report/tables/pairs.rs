@@ -4,6 +4,7 @@ use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, t
 use crate::tables::controllers::kind;
 use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, status, unit};
 use crate::text::layout::signed;
+use standfast_sim::loads::WINDOW_S;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_study::Summary;
 use standfast_study::ask::entrant::Entrant;
@@ -69,6 +70,33 @@ pub(super) fn counts(summary: &Summary) -> Table {
     table.with_note(format!(
         "Trials from which both, or only one, recovered. {KAPPA} {difference} {}",
         about_pairs(summary)
+    ))
+}
+
+/// How hard the soles land.
+pub(super) fn landings(summary: &Summary) -> Table {
+    let columns = columns(["pushes", "a [N]", "b [N]", "a / b", "95 %"]);
+    let mut table = Table::new("Largest force on a sole, where both recover", columns);
+    for pair in &summary.pairs {
+        let Some(landing) = &pair.landing else {
+            continue;
+        };
+        let interval = landing.ratio_ci95.map_or("-".into(), |[least, most]| {
+            format!("{least:.2} to {most:.2}")
+        });
+        table.row(names(pair).chain(texts([
+            landing.trials.to_string(),
+            format!("{:.0}", landing.median_a_n),
+            format!("{:.0}", landing.median_b_n),
+            format!("{:.2}", landing.ratio),
+            interval,
+        ])));
+    }
+    table.with_note(format!(
+        "Medians over the pushes from which both recovered, and of the ratio push by push. A force is a mean over {:.0} ms; the \
+         robot weighs {:.0} N.",
+        1000.0 * WINDOW_S,
+        summary.units.weight_n()
     ))
 }
 

@@ -15,7 +15,15 @@ use std::path::Path;
 /// The conditions of a recovery and of a fall, in words (three lines of 80 columns).
 pub fn thresholds(judge: &Judge) -> String {
     let [recovered, fell] = endings(judge);
-    wrapped("recovered: ", &recovered) + &wrapped("fell:      ", &fell)
+    wrapped("recovered: ", &recovered)
+        + &wrapped("fell:      ", &fell)
+        + &broke(judge).map_or(String::new(), |broke| wrapped("broke:     ", &broke))
+}
+
+/// The condition under which a robot counts as broken; None without a limit.
+fn broke(judge: &Judge) -> Option<String> {
+    let most = judge.max_sole_force_weights?;
+    Some(format!("a sole bore more than {most} weights"))
 }
 
 /// The conditions of a recovery and of a fall.
@@ -150,6 +158,9 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
             "survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered"
         );
         head.push(("judge:  ", survival));
+    }
+    if let Some(broke) = broke(&summary.episode.judge) {
+        head.push(("broke:  ", broke));
     }
     if full {
         let (sensors, horizon_s) = (&summary.sensors, three_digits(summary.episode.horizon_s));

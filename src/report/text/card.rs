@@ -9,11 +9,12 @@ use standfast_study::limit::Heading;
 use std::path::Path;
 
 /// How a trial is lost, by the names of the counts, in the order in which they are told.
-pub const WAYS: [(&str, &str); 10] = [
+pub const WAYS: [(&str, &str); 11] = [
     ("fell_before_any_footstep", "falls without a footstep"),
     ("fell_in_swing", "falls with a foot in the air"),
     ("fell_after_landing", "falls after a landing"),
     ("timed_out", "does not stand at the end"),
+    ("broke", "a sole bears too much"),
     ("diverged", "the simulation fails"),
     ("failed", "the controller fails"),
     ("fell_slipped", "of the falls: a sole slips"),

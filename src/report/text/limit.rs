@@ -464,6 +464,7 @@ pub mod tests {
             recovered: 5,
             survived: 0,
             fell: 5,
+            broke: 0,
             timed_out: 0,
             diverged: 0,
             failed: 0,

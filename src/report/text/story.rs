@@ -69,7 +69,11 @@ pub fn outcome(record: &Record) -> String {
         Outcome::Recovered if let Some(at) = record.settled_at_s => {
             format!("recovered, still from {at:.2} s")
         }
-        Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
+        outcome if outcome.is_lost() => format!(
+            "{} at {:.2} s",
+            outcome.name(),
+            record.fell_at_s.unwrap_or(record.end_s)
+        ),
         outcome => outcome.name().into(),
     }
 }
@@ -236,7 +240,7 @@ impl EpisodeReport<'_> {
             let late = if came(push, record) {
                 ""
             } else {
-                "; the robot had fallen by then"
+                "; the robot was lost by then"
             };
             let dv = velocity_change(&Units::of(self.robot), push.impulse_n_s);
             line(
@@ -320,8 +324,11 @@ impl EpisodeReport<'_> {
         line(
             "peaks",
             format!(
-                "tilt {:.1} degrees, joint speed {:.1} rad/s",
-                record.peak_tilt_deg, record.peak_joint_speed_rad_s
+                "tilt {:.1} degrees, joint speed {:.1} rad/s, {:.1} weights on a sole, {:.0} % of the torque limit on a gear",
+                record.peak_tilt_deg,
+                record.peak_joint_speed_rad_s,
+                record.peak_sole_force_n.unwrap_or(0.0) / self.robot.weight_n(),
+                100.0 * record.peak_gear_torque_ratio.unwrap_or(0.0)
             ),
         );
         if let (Some(switches), true) = (
@@ -357,9 +364,10 @@ impl EpisodeReport<'_> {
                     since_s - pushed_until_s
                 )
             }
-            Outcome::Fell => {
+            outcome @ (Outcome::Fell | Outcome::Broke) => {
                 let cause = fall_cause.as_deref().unwrap_or("out of bounds");
-                format!("fell at t = {:.3} s: {cause}", fell_at_s.unwrap_or(*end_s))
+                let at_s = fell_at_s.unwrap_or(*end_s);
+                format!("{} at t = {at_s:.3} s: {cause}", outcome.name())
             }
             Outcome::Diverged => {
                 format!(

@@ -219,7 +219,7 @@ impl UnpushedCheck<'_> {
                 self.alone.late_com_speed_m_s,
                 self.config.judge.standing_com_speed_m_s
             ),
-            Outcome::Fell | Outcome::Diverged | Outcome::Failed => {
+            Outcome::Fell | Outcome::Broke | Outcome::Diverged | Outcome::Failed => {
                 format!("WARNING: it {}", self.alone.how_lost(self.robot))
             }
         }

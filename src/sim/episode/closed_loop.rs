@@ -148,7 +148,7 @@ impl<'a> ClosedLoop<'a> {
                     failure: None,
                     no_outcome: None,
                 },
-                referee: Referee::new(plant.robot(), config, &pushes),
+                referee: Referee::new(robot, plant.robot(), config, &pushes),
                 decided_at_s: None,
             });
         }
@@ -341,7 +341,8 @@ impl<'a> ClosedLoop<'a> {
         let (config, pushes) = (self.config, &self.pushes);
         for branch in &mut self.branches {
             for episode in &mut branch.episodes {
-                episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
+                let simulated = Arc::clone(&episode.referee.robot);
+                episode.referee = Referee::new(episode.pilot.robot, simulated, config, pushes);
                 episode.decided_at_s = None;
             }
         }

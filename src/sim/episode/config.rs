@@ -23,6 +23,10 @@ pub struct Judge {
     /// Which outcomes count as won.
     #[serde(default)]
     pub counts: Counts,
+    /// For broke: the [load](crate::loads) of a sole is more than this many weights of the robot as designed. None if no
+    /// load breaks it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_sole_force_weights: Option<f64>,
     /// For being home: largest horizontal distance of the COM from the point midway between the soles' centres.
     pub home_radius_m: f64,
 }
@@ -37,6 +41,7 @@ impl Judge {
             fallen_tilt_deg: 60.0,
             fallen_com_height_ratio: 0.6,
             counts: Counts::Recovered,
+            max_sole_force_weights: None,
             home_radius_m: 0.01613 * units.length_m,
         }
     }
@@ -140,9 +145,9 @@ pub struct Disturbance {
 /// When an episode ends before its horizon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Until {
-    /// When the robot has fallen, or is settled after the last push.
+    /// When the robot has fallen or broke, or is settled after the last push.
     Decided,
-    /// When the robot has fallen.
+    /// When the robot has fallen or broke.
     Fallen,
     /// Never: the episode runs to the horizon.
     Horizon,

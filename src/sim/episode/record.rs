@@ -15,6 +15,8 @@ pub enum Outcome {
     Survived,
     /// A link other than the soles touched the ground, the COM was too low, or the trunk was tilted too far.
     Fell,
+    /// A sole bore more than the judge's limit.
+    Broke,
     /// A number of the simulation became NaN, infinite or absurdly large, or the simulation failed (a panic).
     Diverged,
     /// The controller failed: its process died, did not answer or answered nonsense, or its command was invalid.
@@ -26,10 +28,11 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Recovered,
         Self::Survived,
         Self::Fell,
+        Self::Broke,
         Self::Diverged,
         Self::Failed,
         Self::TimedOut,
@@ -40,12 +43,18 @@ impl Outcome {
         matches!(self, Self::Recovered | Self::Survived)
     }
 
+    /// Whether the robot fell or broke, after which nothing is recorded of it.
+    pub fn is_lost(self) -> bool {
+        matches!(self, Self::Fell | Self::Broke)
+    }
+
     /// The outcome in words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Recovered => "recovered",
             Self::Survived => "survived",
             Self::Fell => "fell",
+            Self::Broke => "broke",
             Self::Diverged => "diverged",
             Self::Failed => "failed",
             Self::TimedOut => "timed out",
@@ -89,8 +98,9 @@ pub struct Record {
     pub outcome: Outcome,
     /// Simulated time (s).
     pub end_s: f64,
+    /// Time at which it fell or broke (s).
     pub fell_at_s: Option<f64>,
-    /// The cause of the fall in words, for example the link that touched the ground. For a trial that diverged or
+    /// The cause of the fall in words, for example the link that touched the ground. For a trial that broke, diverged or
     /// failed, it is the cause of that.
     pub fall_cause: Option<String>,
     /// Start of the time of standing that decided the episode.
@@ -116,6 +126,10 @@ pub struct Record {
     /// trunk within `standing_tilt_deg` of upright count; all other ticks belong to the fall.
     pub torque_limited_s: f64,
     pub peak_joint_speed_rad_s: f64,
+    /// Largest load of a sole (N), and the largest share of a motor's torque limit that its gear bore
+    /// ([`PeakLoads`](crate::loads::PeakLoads)). None in the results of earlier versions.
+    pub peak_sole_force_n: Option<f64>,
+    pub peak_gear_torque_ratio: Option<f64>,
     /// Largest distance of the DCM from the support polygon (m); 0 if the DCM never left it.
     pub peak_dcm_outside_m: f64,
     /// Largest distance (m) that a sole under load (a tenth of the weight or more) has slid on the ground since the

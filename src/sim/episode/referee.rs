@@ -6,7 +6,7 @@ use super::slip::Slip;
 use super::tick::{Failure, Tick, home_distance};
 use crate::pendulum::Strike;
 use crate::{Push, Truth};
-use standfast_core::robot::Robot;
+use standfast_core::robot::{Foot, Robot};
 use std::sync::Arc;
 
 /// Share of the torque limit from which on a joint counts as being at the limit.
@@ -21,6 +21,8 @@ pub struct Referee {
     judge: Judge,
     control_period_s: f64,
     home_height: f64,
+    /// Weight of the robot as it is designed, since no sole bears more because its robot is heavier (N).
+    weight_n: f64,
     /// Start of the first push and end of the last one.
     pushed_s: [f64; 2],
     /// Time since which the robot has been standing without a break.
@@ -31,10 +33,16 @@ pub struct Referee {
 }
 
 impl Referee {
-    /// A referee for an episode of `robot`, as it is simulated, with these pushes.
-    pub fn new(robot: Arc<Robot>, config: &EpisodeConfig, pushes: &[Push]) -> Self {
+    /// A referee for an episode of a robot as it is designed, which is simulated as `robot`, with these pushes.
+    pub fn new(
+        designed: &Robot,
+        robot: Arc<Robot>,
+        config: &EpisodeConfig,
+        pushes: &[Push],
+    ) -> Self {
         Self {
             judge: config.judge,
+            weight_n: designed.weight_n(),
             control_period_s: config.control_period_s,
             home_height: robot.home_com_height(),
             pushed_s: from_first_to_last(pushes),
@@ -52,10 +60,10 @@ impl Referee {
 
     /// Whether an episode that runs `until` this condition ends now, before its horizon.
     pub fn is_over(&self, until: Until) -> bool {
-        let fell = self.record.outcome == Outcome::Fell;
+        let lost = self.record.outcome.is_lost();
         match until {
-            Until::Decided => fell || self.record.settled_at_s.is_some(),
-            Until::Fallen => fell,
+            Until::Decided => lost || self.record.settled_at_s.is_some(),
+            Until::Fallen => lost,
             Until::Horizon => false,
         }
     }
@@ -65,7 +73,7 @@ impl Referee {
         let truth = tick.truth;
         self.record.end_s = truth.time_s;
         // After a fall the numbers describe a body on the ground, and are not recorded.
-        if self.record.outcome == Outcome::Fell {
+        if self.record.outcome.is_lost() {
             return;
         }
         if tick.is_broken() {
@@ -92,8 +100,10 @@ impl Referee {
         self.record
             .footsteps
             .watch(truth.time_s, &truth.soles, &tick.report);
-        if let Some(cause) = self.fall_cause(truth) {
-            self.record.outcome = Outcome::Fell;
+        let broke = self.break_cause(truth).map(|cause| (Outcome::Broke, cause));
+        let fell = || Some((Outcome::Fell, self.fall_cause(truth)?));
+        if let Some((outcome, cause)) = broke.or_else(fell) {
+            self.record.outcome = outcome;
             self.record.fell_at_s = Some(truth.time_s);
             self.record.fall_cause = Some(cause);
             self.record.settled_at_s = None;
@@ -126,6 +136,17 @@ impl Referee {
 
     fn has_stood(&self, since_s: f64) -> bool {
         self.record.end_s - since_s >= self.judge.standing_time_s - ROUNDING * self.control_period_s
+    }
+
+    fn break_cause(&self, truth: &Truth) -> Option<String> {
+        let most = self.judge.max_sole_force_weights?;
+        let foot = Foot::BOTH
+            .into_iter()
+            .find(|&foot| truth.loads.soles_n[foot] > most * self.weight_n)?;
+        Some(format!(
+            "{} sole bore more than {most} weights",
+            foot.name()
+        ))
     }
 
     fn fall_cause(&self, truth: &Truth) -> Option<String> {
@@ -175,6 +196,14 @@ impl Referee {
                 .max(truth.velocity[6 + i].abs());
         }
         record.peak_torque_ratio = record.peak_torque_ratio.max(torque_ratio);
+        let loads = &truth.loads;
+        let sole_n = loads.soles_n.left.max(loads.soles_n.right);
+        for (peak, load) in [
+            (&mut record.peak_sole_force_n, sole_n),
+            (&mut record.peak_gear_torque_ratio, loads.gear_ratio),
+        ] {
+            *peak = Some(peak.map_or(load, |peak| peak.max(load)));
+        }
         let slip_m = self.slip.watch(truth);
         if tilt_deg <= self.judge.standing_tilt_deg {
             record.peak_slip_m = record.peak_slip_m.max(slip_m);
@@ -243,12 +272,17 @@ mod tests {
 
     /// The record of half a second in which stiff joints are pushed.
     fn pushed(impulse_n_s: f64, start_s: f64, home_radius_m: f64) -> Record {
+        judged(impulse_n_s, start_s, |judge| {
+            judge.home_radius_m = home_radius_m
+        })
+    }
+
+    /// The record with a change of the judge.
+    fn judged(impulse_n_s: f64, start_s: f64, change: impl Fn(&mut Judge)) -> Record {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let usual = EpisodeConfig::of(&standfast_core::robot::Units::of(&robot));
-        let judge = Judge {
-            home_radius_m,
-            ..usual.judge
-        };
+        let mut judge = usual.judge;
+        change(&mut judge);
         let config = EpisodeConfig {
             horizon_s: 0.5,
             end_early: false,
@@ -294,6 +328,26 @@ mod tests {
         assert!(
             (0.99..=1.0).contains(&stands) && falls < 0.98,
             "{stands}, {falls}"
+        );
+    }
+
+    /// A limit does not change a robot that keeps within it.
+    #[test]
+    fn a_sole_that_bears_more_than_the_limit_breaks() {
+        let limited = |weights| judged(4.0, 0.1, |judge| judge.max_sole_force_weights = weights);
+        let free = limited(None);
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let peak = free.peak_sole_force_n.unwrap() / robot.weight_n();
+        assert_eq!(limited(Some(1.01 * peak)), free);
+        let broke = limited(Some(0.99 * peak));
+        assert!(
+            broke.outcome == Outcome::Broke && broke.fell_at_s == Some(broke.end_s),
+            "{broke:?}"
+        );
+        let cause = broke.fall_cause.unwrap();
+        assert!(
+            cause.ends_with(&format!(" sole bore more than {} weights", 0.99 * peak)),
+            "{cause}"
         );
     }
 

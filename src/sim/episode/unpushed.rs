@@ -88,12 +88,10 @@ impl UnpushedEpisode {
         })
     }
 
-    /// Whether the robot fell, or the controller failed.
+    /// Whether the robot fell or broke, or the controller failed.
     pub fn is_lost(&self) -> bool {
-        matches!(
-            self.record.outcome,
-            Outcome::Fell | Outcome::Diverged | Outcome::Failed
-        )
+        let outcome = self.record.outcome;
+        outcome.is_lost() || matches!(outcome, Outcome::Diverged | Outcome::Failed)
     }
 
     /// When and why the episode was lost, and which joint of `robot` left first, in words.

@@ -36,7 +36,7 @@ fn phases_without_requests(bench: &Bench, push: Push) -> Vec<String> {
     let mut command = robot.home_command();
     let mut plant = Plant::new(bench.robot.clone(), config.clock(), None, command.clone());
     let mut controller = bench.factory.start(0);
-    let mut referee = Referee::new(robot.clone(), &config, &[push]);
+    let mut referee = Referee::new(&robot, robot.clone(), &config, &[push]);
     let omega = Units::of(&robot).omega();
     let length = |of: &Record| {
         let footsteps = (of.footsteps.count, of.footsteps.lifted.is_some());

@@ -124,6 +124,17 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
         judge.fallen_com_height_ratio,
         1.0,
     )?;
+    if let Some(most) = judge.max_sole_force_weights {
+        let field = "episode.judge.max_sole_force_weights";
+        let ok = most > 1.0 && most <= 1000.0;
+        accept(
+            ok,
+            file,
+            field,
+            most,
+            "more than 1, which one sole bears at rest, at most 1000",
+        )?;
+    }
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 

@@ -453,12 +453,19 @@ impl Campaign {
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
         let mut root: toml::Value = self.table()?.into();
-        // A pendulum is the only table that a campaign may lack.
+        // A campaign may lack a pendulum, and a limit.
         if let (PENDULUM, Some(push)) = (
             key,
             root.get_mut("push").and_then(toml::Value::as_table_mut),
         ) {
             push.insert("pendulum".into(), Table::new().into());
+        }
+        if key == "episode.judge.max_sole_force_weights"
+            && let Some(judge) = root["episode"]["judge"].as_table_mut()
+        {
+            judge
+                .entry("max_sole_force_weights")
+                .or_insert(f64::INFINITY.into());
         }
         let at = assets::place(&mut root, &si_key).map_err(|missing| {
             Error::value(

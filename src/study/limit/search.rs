@@ -52,6 +52,8 @@ pub struct ControllerLimit {
     pub recovered: u64,
     pub survived: u64,
     pub fell: u64,
+    #[serde(default)]
+    pub broke: u64,
     pub timed_out: u64,
     pub diverged: u64,
     pub failed: u64,
@@ -216,10 +218,11 @@ impl LimitSearch<'_> {
             mut recovered,
             mut survived,
             mut fell,
+            mut broke,
             mut timed_out,
             mut diverged,
             mut failed,
-        ] = [0; 6];
+        ] = [0; 7];
         let mut none_above_n_s = 0.0_f64;
         let posterior = self.limit(rule, self.heading_deg, |impulse_n_s, outcome| {
             if outcome.is_success() {
@@ -229,6 +232,7 @@ impl LimitSearch<'_> {
                 Outcome::Recovered => &mut recovered,
                 Outcome::Survived => &mut survived,
                 Outcome::Fell => &mut fell,
+                Outcome::Broke => &mut broke,
                 Outcome::TimedOut => &mut timed_out,
                 Outcome::Diverged => &mut diverged,
                 Outcome::Failed => &mut failed,
@@ -273,6 +277,7 @@ impl LimitSearch<'_> {
             recovered,
             survived,
             fell,
+            broke,
             timed_out,
             diverged,
             failed,

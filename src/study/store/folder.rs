@@ -628,9 +628,12 @@ pub(crate) mod tests {
     fn a_row_that_contradicts_itself_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
         type RowContradiction = (&'static str, Outcome, fn(&mut TrialRow));
-        let changes: [RowContradiction; 9] = [
+        let changes: [RowContradiction; 10] = [
             ("fell_at_s = 1.5", Outcome::Fell, |r| {
                 r.record.outcome = Outcome::Recovered
+            }),
+            ("outcome = broke", Outcome::Fell, |r| {
+                r.record.outcome = Outcome::Broke
             }),
             ("fell_at_s = (none)", Outcome::Recovered, |r| {
                 r.record.outcome = Outcome::Fell

@@ -260,17 +260,23 @@ impl Manifest {
     }
 }
 
-/// Adds the values that differ between `here` and `there`, each with its dotted key.
+/// Adds the values that differ between `here` and `there`, each with its dotted key. A key that one of them lacks has the
+/// value null there.
 pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
     match (here, there) {
-        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
-            for (name, value) in a {
+        (Value::Object(a), Value::Object(b))
+            if a.keys().all(|key| b.contains_key(key))
+                || b.keys().all(|key| a.contains_key(key)) =>
+        {
+            let most = if a.len() < b.len() { b } else { a };
+            for name in most.keys() {
                 let key = if key.is_empty() {
                     name.clone()
                 } else {
                     format!("{key}.{name}")
                 };
-                differences(&key, value, &b[name], found);
+                let [of_a, of_b] = [a, b].map(|of| of.get(name).unwrap_or(&Value::Null));
+                differences(&key, of_a, of_b, found);
             }
         }
         _ if here == there => {}

@@ -147,7 +147,7 @@ impl TrialRow {
     /// Fails in words.
     pub fn check(&self, episode: &EpisodeConfig) -> Result<(), String> {
         let (r, outcome, judge) = (&self.record, self.record.outcome, &episode.judge);
-        let [fell, recovered] = [Outcome::Fell, Outcome::Recovered].map(|other| outcome == other);
+        let (fell, recovered) = (outcome.is_lost(), outcome == Outcome::Recovered);
         let broke = matches!(outcome, Outcome::Diverged | Outcome::Failed);
         // A fall may tilt the trunk by any angle.
         let (tilt_deg, least_height) = if fell || broke {
@@ -174,6 +174,7 @@ impl TrialRow {
         let counts = match outcome {
             Outcome::Survived => judge.counts == Counts::Survived,
             Outcome::TimedOut => judge.counts == Counts::Recovered,
+            Outcome::Broke => judge.max_sole_force_weights.is_some(),
             _ => true,
         };
         let columns = [
@@ -181,7 +182,7 @@ impl TrialRow {
                 "outcome",
                 outcome.name().into(),
                 counts,
-                "survived only where the judge counts it, and timed out elsewhere",
+                "survived only where the judge counts it, timed out elsewhere, and broke with a limit alone",
             ),
             (
                 "end_s",
@@ -193,13 +194,13 @@ impl TrialRow {
                 "fell_at_s",
                 none_or(r.fell_at_s),
                 r.fell_at_s.is_some() == fell && up_to_end(0.0, r.fell_at_s),
-                "a time up to end_s if it fell, else none",
+                "a time up to end_s if it fell or broke, else none",
             ),
             (
                 "fall_cause",
                 r.fall_cause.clone().unwrap_or("(none)".into()),
                 r.fall_cause.is_some() == (fell || broke),
-                "a cause if it fell, diverged or failed, else none",
+                "a cause if it fell, broke, diverged or failed, else none",
             ),
             (
                 "settled_at_s",
@@ -229,6 +230,11 @@ impl TrialRow {
             positive("peak_torque_ratio", r.peak_torque_ratio),
             positive("torque_limited_s", r.torque_limited_s),
             positive("peak_joint_speed_rad_s", r.peak_joint_speed_rad_s),
+            positive("peak_sole_force_n", r.peak_sole_force_n.unwrap_or(0.0)),
+            positive(
+                "peak_gear_torque_ratio",
+                r.peak_gear_torque_ratio.unwrap_or(0.0),
+            ),
             positive("peak_dcm_outside_m", r.peak_dcm_outside_m),
             positive("peak_slip_m", r.peak_slip_m),
         ];
@@ -365,6 +371,8 @@ impl TrialRow {
             peak_torque_ratio,
             torque_limited_s,
             peak_joint_speed_rad_s,
+            peak_sole_force_n,
+            peak_gear_torque_ratio,
             peak_dcm_outside_m,
             peak_slip_m,
             legs_met_at_s,
@@ -397,6 +405,8 @@ impl TrialRow {
             ("peak_torque_ratio", Number(peak_torque_ratio)),
             ("torque_limited_s", Number(torque_limited_s)),
             ("peak_joint_speed_rad_s", Number(peak_joint_speed_rad_s)),
+            ("peak_sole_force_n", OptNumber(peak_sole_force_n)),
+            ("peak_gear_torque_ratio", OptNumber(peak_gear_torque_ratio)),
             ("peak_dcm_outside_m", Number(peak_dcm_outside_m)),
             ("peak_slip_m", Number(peak_slip_m)),
             ("legs_met_at_s", OptNumber(legs_met_at_s)),
@@ -470,12 +480,21 @@ pub fn columns(rows: &[TrialRow], totals: &[String]) -> Vec<DataColumn> {
     columns
 }
 
+/// Columns that the results of earlier versions lack.
+const ADDED: [&str; 2] = ["peak_sole_force_n", "peak_gear_torque_ratio"];
+
 /// The rows of a table with this number of rows. Fails, in words, if its columns are not those of rows with these totals.
 pub fn rows(
-    (columns, count): (Vec<DataColumn>, usize),
+    (mut columns, count): (Vec<DataColumn>, usize),
     totals: &[String],
 ) -> Result<Vec<TrialRow>, String> {
     let names = self::columns(&[], totals);
+    for (i, DataColumn { name, .. }) in names.iter().enumerate() {
+        if ADDED.contains(&&**name) && columns.get(i).is_some_and(|found| found.name != *name) {
+            let none = Data::Number(vec![None; count]);
+            columns.insert(i, DataColumn::new(name, none, true));
+        }
+    }
     if !names
         .iter()
         .map(|column| &column.name)
@@ -594,6 +613,20 @@ pub(crate) mod tests {
         let read = rows((columns(&written, &totals), 2), &totals).unwrap();
         // Compared as text, since NaN is not equal to itself.
         assert_eq!(format!("{read:?}"), format!("{written:?}"));
+    }
+
+    /// Results of earlier versions have no loads.
+    #[test]
+    fn columns_that_came_later_may_be_missing() {
+        let written = [row(0, "a", 1.0, Outcome::Fell)];
+        let mut columns = columns(&written, &[]);
+        columns.retain(|column| !ADDED.contains(&&*column.name));
+        let read = rows((columns, 1), &[]).unwrap();
+        let record = &read[0].record;
+        assert_eq!(
+            (record.peak_sole_force_n, record.peak_slip_m),
+            (None, 0.003)
+        );
     }
 
     #[test]

@@ -25,6 +25,7 @@ pub struct ControllerSummary {
     /// Number of trials in which the robot had not fallen at the end, whether it stood or not.
     pub survived: SuccessCount,
     pub fell: u64,
+    pub broke: u64,
     pub diverged: u64,
     pub failed: u64,
     pub timed_out: u64,
@@ -40,6 +41,8 @@ pub struct ControllerSummary {
     /// Median time until the COM is home to stay (s). A trial in which it does not come home counts as later than all
     /// others. It is None if the median is such a trial, and for episodes that end early.
     pub median_homing_s: Option<f64>,
+    /// Median of the largest force on a sole (N) over the trials from which this controller recovered.
+    pub median_sole_force_n: Option<f64>,
     /// Number of recovered trials in which the COM was home at the horizon. It is None for episodes that end early.
     pub home: Option<u64>,
     /// Outcomes of the trials with no footstep begun, with one, with two, and with three or more. It is None for a
@@ -204,6 +207,9 @@ impl ControllerSummary {
             .filter(|ended| ended.has_recovered())
             .collect();
         let settling = recovered.iter().filter_map(|ended| ended.settling_s());
+        let forces = recovered
+            .iter()
+            .filter_map(|ended| ended.peak_sole_force_n());
         let homing = || recovered.iter().map(|ended| ended.homing_s());
         let begun = |ended: &EpisodeEnd| ended.footsteps as usize + usize::from(ended.in_swing);
         let steps = trials.iter().any(|ended| begun(ended) > 0);
@@ -246,6 +252,7 @@ impl ControllerSummary {
             count: of_all(recovered.len() as u64),
             survived: of_all(survived),
             fell: with(Outcome::Fell),
+            broke: with(Outcome::Broke),
             diverged: with(Outcome::Diverged),
             failed: with(Outcome::Failed),
             timed_out: with(Outcome::TimedOut),
@@ -253,6 +260,7 @@ impl ControllerSummary {
             run_twice: *run_twice,
             not_repeated: *not_repeated,
             median_settling_s: median(settling.collect()),
+            median_sole_force_n: median(forces.collect()),
             median_homing_s: (!all.end_early)
                 .then(|| median(homing().map(|s| s.unwrap_or(f64::INFINITY)).collect()))
                 .flatten()

@@ -17,7 +17,7 @@ pub const SLIPPED_M: f64 = 0.01;
 /// A robot is limited by torque if one of its joints was at its torque limit for longer than this in all.
 pub const TORQUE_LIMITED_S: f64 = 0.1;
 
-/// Numbers of trials from which the robot did not recover. The first six numbers together count each such trial once.
+/// Numbers of trials from which the robot did not recover. The first seven numbers together count each such trial once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Failures {
     /// Falls before any foot was lifted.
@@ -28,6 +28,8 @@ pub struct Failures {
     pub fell_after_landing: u64,
     /// Trials in which the robot neither fell nor stood at the horizon.
     pub timed_out: u64,
+    /// Trials in which a sole bore more than the judge's limit.
+    pub broke: u64,
     pub diverged: u64,
     /// Trials in which the controller failed.
     pub failed: u64,
@@ -48,6 +50,7 @@ impl Failures {
         match row.record.outcome {
             Outcome::Recovered | Outcome::Survived => {}
             Outcome::TimedOut => self.timed_out += 1,
+            Outcome::Broke => self.broke += 1,
             Outcome::Diverged => self.diverged += 1,
             Outcome::Failed => self.failed += 1,
             Outcome::Fell => self.count_fall(row),
@@ -86,7 +89,7 @@ impl FallCause {
     pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
         let cause = match (row.record.outcome, &row.record.fall_cause) {
             (Outcome::Fell, Some(cause)) => cause.clone(),
-            (Outcome::Diverged | Outcome::Failed, Some(cause)) => {
+            (Outcome::Broke | Outcome::Diverged | Outcome::Failed, Some(cause)) => {
                 format!("{}, {cause}", row.record.outcome.name())
             }
             _ => return,
@@ -110,7 +113,7 @@ mod tests {
     use super::*;
     use crate::fixtures::Changed as _;
     use crate::fixtures::row;
-    use Outcome::{Diverged, Failed, Fell, Recovered, TimedOut};
+    use Outcome::{Broke, Diverged, Failed, Fell, Recovered, TimedOut};
     use standfast_core::robot::Foot::{Left, Right};
 
     #[test]
@@ -125,6 +128,7 @@ mod tests {
             (Fell, 3, None, 0.0, 120.0, false),
             (Fell, 1, Some(Right), 0.0, 0.0, false),
             (TimedOut, 3, Some(Left), 50.0, 500.0, true),
+            (Broke, 0, None, 50.0, 500.0, true),
             (Diverged, 0, None, 50.0, 500.0, true),
             (Failed, 1, None, 50.0, 500.0, true),
             (Fell, 1, None, 0.0, 120.0, true),
@@ -143,6 +147,7 @@ mod tests {
             fell_in_swing: 3,
             fell_after_landing: 4,
             timed_out: 1,
+            broke: 1,
             diverged: 1,
             failed: 1,
             fell_slipped: 2,
@@ -163,6 +168,7 @@ mod tests {
             ("c", Fell),
             ("b", Diverged),
             ("b", Failed),
+            ("b", Broke),
         ] {
             let row =
                 row(0, "a", 1.0, outcome).with(|row| row.record.fall_cause = Some(cause.into()));
@@ -179,6 +185,7 @@ mod tests {
                 ("c", 2),
                 ("a", 1),
                 ("b", 1),
+                ("broke, b", 1),
                 ("diverged, b", 1),
                 ("failed, b", 1)
             ]

@@ -141,6 +141,7 @@ mod tests {
                 until_resolved,
                 margin,
                 has_more: true,
+                weight_n: 0.0,
             },
         );
         let controllers: Vec<ControllerSummary> = (0..rows.names.len())

@@ -17,6 +17,7 @@ use serde::Serialize;
 use standfast_stats::decision::{ALPHA, Decision, PairVerdict, alpha_of_each, each_of};
 use standfast_stats::kappa::kappa;
 use standfast_stats::mcnemar::PairedCounts;
+use standfast_stats::rate::{median, median_interval};
 use std::cmp::Ordering;
 
 /// Largest number of pairs that are all named in a text.
@@ -56,10 +57,72 @@ pub struct PairSummary {
     /// when decided, these are further trials of this campaign. Otherwise they are the trials of a new campaign with
     /// another seed. It is None if the pair is decided, or if no difference was observed.
     pub more_trials: Option<u64>,
+    /// How hard the soles land. None if no trial that both recovered from tells.
+    pub landing: Option<PairLanding>,
     /// The first trials from which only a recovered, and the first trials from which only b recovered.
     pub first_only_a: Vec<u64>,
     pub first_only_b: Vec<u64>,
     pub strata: Vec<PairStratum>,
+}
+
+/// The largest forces on a sole of two controllers, over the trials from which both recovered.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PairLanding {
+    pub trials: u64,
+    /// Medians of a and of b (N).
+    pub median_a_n: f64,
+    pub median_b_n: f64,
+    /// Median of the ratio, in the same trial, of the force of a to that of b, and its interval at 95 % for all pairs of
+    /// the result together. It is None with few trials.
+    pub ratio: f64,
+    pub ratio_ci95: Option<[f64; 2]>,
+}
+
+impl PairLanding {
+    fn new(
+        rows: &TrialColumns,
+        (a, b): (usize, usize),
+        pairs: usize,
+        at_every_look: bool,
+    ) -> Option<Self> {
+        let (mut of_a, mut of_b, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+        for (a, b) in rows.common(a, b) {
+            if let (true, true, Some(a_n), Some(b_n)) = (
+                a.has_recovered(),
+                b.has_recovered(),
+                a.peak_sole_force_n(),
+                b.peak_sole_force_n(),
+            ) {
+                of_a.push(a_n);
+                of_b.push(b_n);
+                ratios.push(a_n / b_n);
+            }
+        }
+        ratios.sort_by(f64::total_cmp);
+        Some(Self {
+            trials: ratios.len() as u64,
+            ratio_ci95: median_interval(&ratios, each_of(pairs, LEVEL), at_every_look),
+            median_a_n: median(of_a)?,
+            median_b_n: median(of_b)?,
+            ratio: median(ratios)?,
+        })
+    }
+
+    /// Which of a and b lands harder, in a sentence; empty if that is not known, if it is by less than a twentieth, or if
+    /// its sole bears no more than the robot's weight, as when it stands on one foot.
+    fn in_words(&self, a: &str, b: &str, weight_n: f64) -> String {
+        let (name, ratio, [least, most]) = match self.ratio_ci95 {
+            Some(ci) if ci[0] > 1.0 => (a, self.ratio, ci),
+            Some([least, most]) if most < 1.0 => (b, 1.0 / self.ratio, [1.0 / most, 1.0 / least]),
+            _ => return String::new(),
+        };
+        if ratio < 1.05 || self.median_a_n.max(self.median_b_n) <= weight_n {
+            return String::new();
+        }
+        format!(
+            " Where both recover, {name} lands {ratio:.1} times as hard ({least:.1} to {most:.1})."
+        )
+    }
 }
 
 /// Two controllers on the trials of one stratum. It shows where to look, and proves nothing, because its interval is
@@ -106,6 +169,8 @@ pub struct DecisionRule {
     pub margin: f64,
     /// Whether more trials can be run. Those of a packed result cannot.
     pub has_more: bool,
+    /// Weight of the robot (N).
+    pub weight_n: f64,
 }
 
 impl DecisionRule {
@@ -115,6 +180,7 @@ impl DecisionRule {
             until_resolved: campaign.stopping.until_resolved,
             margin: campaign.stopping.margin,
             has_more: manifest.robot.is_none(),
+            weight_n: campaign.units.weight_n(),
         }
     }
 }
@@ -145,6 +211,7 @@ impl PairSummary {
             until_resolved,
             margin,
             has_more,
+            weight_n,
         }: DecisionRule,
     ) -> Self {
         let standing = PairDecision::of(rows, controllers, pairs, until_resolved, margin);
@@ -185,6 +252,7 @@ impl PairSummary {
             verdict,
             words: String::new(),
             more_trials,
+            landing: PairLanding::new(rows, (a, b), pairs, until_resolved),
             first_only_a: first(a, b),
             first_only_b: first(b, a),
             strata: strata
@@ -193,6 +261,9 @@ impl PairSummary {
                 .collect(),
         };
         pair.words = pair.in_words(margin);
+        if let Some(landing) = &pair.landing {
+            pair.words += &landing.in_words(&pair.a, &pair.b, weight_n);
+        }
         pair
     }
 
@@ -314,6 +385,7 @@ mod tests {
         until_resolved: false,
         margin: 0.02,
         has_more: true,
+        weight_n: 0.0,
     };
 
     const UNTIL_RESOLVED: DecisionRule = DecisionRule {
@@ -387,6 +459,46 @@ mod tests {
             (&[3, 4, 5, 6, 7][..], &[2][..])
         );
         assert_eq!(pair.difference, 0.6);
+    }
+
+    /// Only trials from which both recovered tell.
+    #[test]
+    fn a_controller_that_lands_harder_is_named() {
+        let words = |trials: u64, share: f64, weight_n: f64| {
+            let mut rows = Vec::new();
+            for trial in 0..trials {
+                for (name, times) in [("a", 1.0), ("b", share)] {
+                    let outcome = if trial % 2 == 0 { Recovered } else { Fell };
+                    let mut row = row(trial, name, 1.0, outcome);
+                    let times = if outcome == Fell { 1.0 } else { times };
+                    row.record.peak_sole_force_n = Some(times * (80.0 + trial as f64));
+                    rows.push(row);
+                }
+            }
+            let columns = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
+            let deciding = DecisionRule {
+                weight_n,
+                ..AT_ONCE
+            };
+            PairSummary::all(&columns, &[(0, 1)], &[], deciding)
+                .remove(0)
+                .words
+        };
+        let ending = " Where both recover, b lands 2.0 times as hard (2.0 to 2.0).";
+        let [of_b, of_a] = [2.0, 0.5].map(|share| words(20, share, 85.0));
+        assert!(of_b.ends_with(ending), "{of_b}");
+        assert!(of_a.contains(", a lands 2.0 times"), "{of_a}");
+        for (trials, share, weight_n) in [
+            (20, 1.0, 0.0),
+            (20, 1.04, 0.0),
+            (10, 2.0, 0.0),
+            (20, 0.5, 95.0),
+        ] {
+            assert!(
+                !words(trials, share, weight_n).contains("lands"),
+                "{trials}, {share}"
+            );
+        }
     }
 
     #[test]

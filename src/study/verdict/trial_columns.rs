@@ -1,8 +1,8 @@
 //! Keeps what verdicts need of the rows of a campaign, in little memory. Rows are added part by part, and are not kept
 //! themselves.
 //!
-//! A trial with a controller takes 32 bytes, and the drawn quantities of the trial take 8 bytes for each quantity that
-//! varies. A million trials of two controllers are about 100 MB; as rows they were 1.5 GB.
+//! A trial with a controller takes 40 bytes, and the drawn quantities of the trial take 8 bytes for each quantity that
+//! varies. A million trials of two controllers are about 120 MB; as rows they were 1.5 GB.
 //!
 //! A campaign that ends when decided stops a controller once all questions about this controller are decided. So
 //! controllers may have different numbers of trials. Each controller has all trials from the first one to its last one.
@@ -54,6 +54,7 @@ pub struct EpisodeEnd {
     impulse_over_m_omega_d: f64,
     settling_s: f64,
     homing_s: f64,
+    peak_sole_force_n: f64,
     /// Number of completed footsteps.
     pub footsteps: u32,
     pub outcome: Outcome,
@@ -176,6 +177,7 @@ impl EpisodeEnd {
             impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
             settling_s: or_nan(row.settling_s()),
             homing_s: or_nan(row.homing_s()),
+            peak_sole_force_n: or_nan(row.record.peak_sole_force_n),
             footsteps: row.record.footsteps.count,
             outcome: row.record.outcome,
             in_swing: row.record.footsteps.unfinished_footstep.is_some(),
@@ -198,6 +200,11 @@ impl EpisodeEnd {
     /// Homing time, as in [`TrialRow::homing_s`].
     pub fn homing_s(&self) -> Option<f64> {
         some(self.homing_s)
+    }
+
+    /// Largest force on a sole (N); None in the results of earlier versions.
+    pub fn peak_sole_force_n(&self) -> Option<f64> {
+        some(self.peak_sole_force_n)
     }
 }
 
@@ -294,7 +301,7 @@ mod tests {
     /// A million trials with two controllers have to fit in memory.
     #[test]
     fn a_trial_takes_few_bytes() {
-        assert_eq!(size_of::<EpisodeEnd>(), 32);
+        assert_eq!(size_of::<EpisodeEnd>(), 40);
         let rows: Vec<TrialRow> = (0..20)
             .map(|trial| row(trial, "a", trial as f64, Outcome::Fell))
             .collect();

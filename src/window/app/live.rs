@@ -214,11 +214,12 @@ impl<'a> Live<'a> {
     pub fn verdict_on(&self, robot: &Simulation) -> (String, bool) {
         let record = robot.record();
         match (record.outcome, record.settled_at_s) {
-            (Outcome::Fell, _) => {
-                let cause = record.fall_cause.as_deref().unwrap_or("fell");
+            (Outcome::Fell | Outcome::Broke, _) => {
+                let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");
                 (
                     format!(
-                        "fell at {:.2} s: {cause}",
+                        "{} at {:.2} s: {cause}",
+                        record.outcome.name(),
                         record.fell_at_s.unwrap_or(record.end_s)
                     ),
                     true,
