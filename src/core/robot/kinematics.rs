@@ -141,6 +141,21 @@ impl Kinematics {
         (self.subtree_mass[link], self.subtree_com[link])
     }
 
+    /// Velocity (m/s) of the point of `robot.links[link]` that is now at `point`, if the base rests and the joints have
+    /// the speeds `dq` (rad/s).
+    pub fn velocity_by_joints(
+        &self,
+        robot: &Robot,
+        link: usize,
+        point: &Point3<f64>,
+        dq: &[f64],
+    ) -> Vector3<f64> {
+        robot
+            .chain(link)
+            .map(|j| self.axes[j].cross(&(point - self.joint_position(j))) * dq[j])
+            .sum()
+    }
+
     fn base_origin(&self) -> Point3<f64> {
         self.links[0].translation.vector.into()
     }

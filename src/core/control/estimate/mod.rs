@@ -52,6 +52,8 @@ pub struct Estimate {
     pub zmp: Point2<f64>,
     /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Pose>,
+    /// Velocity of each sole's centre (m/s).
+    pub sole_vel: PerFoot<Vector3<f64>>,
     /// Pose of each foot where it stands, with the ground's inclination. For a foot in the air, it is where the foot
     /// stood last.
     pub footholds: PerFoot<Pose>,
@@ -75,6 +77,7 @@ impl Estimate {
             com_vel: Vector3::zeros(),
             zmp: com.xy(),
             soles,
+            sole_vel: PerFoot::default(),
             footholds: soles,
             in_contact: PerFoot {
                 left: true,
@@ -256,6 +259,7 @@ impl Estimator {
             self.trunk.position - rotation * trunk.translation.vector,
             rotation,
         );
+        self.measure_soles(robot, &sensed.dq, orientation * gyro);
         let force = self.measure_zmp(sensed);
         self.now.com = self.now.kinematics.com();
         let com_vel = &mut self.now.com_vel;
@@ -264,6 +268,21 @@ impl Estimator {
         *com_vel += (measured - *com_vel) * -(-self.phase / VELOCITY_LAG).exp_m1();
         self.find_contact(robot, in_air);
         self.feel_ground(robot, sensed);
+    }
+
+    /// Sets the velocities of the soles, by the velocity of the trunk, its angular velocity `turning` (rad/s, world axes)
+    /// and the speeds `dq` of the joints between trunk and soles.
+    fn measure_soles(&mut self, robot: &Robot, dq: &[f64], turning: Vector3<f64>) {
+        let Estimate {
+            kinematics, soles, ..
+        } = &self.now;
+        let trunk = kinematics.link_pose(robot.trunk).translation.vector;
+        self.now.sole_vel = PerFoot::from_fn(|foot| {
+            let sole = Point3::from(soles[foot].translation.vector);
+            let by_joints = |link| kinematics.velocity_by_joints(robot, link, &sole, dq);
+            self.trunk.velocity + turning.cross(&(sole.coords - trunk)) - by_joints(robot.trunk)
+                + by_joints(robot.soles[foot].link)
+        });
     }
 
     /// Position of the base (m) by the feet that stand, averaged with their loads as weights. It is None if no foot

@@ -34,6 +34,9 @@ const IMPACT: f64 = 0.11;
 /// Lead of the swing ([`SwingTiming::lead`]). A foot often comes down before its time, and then hits the ground at the
 /// speed of its path.
 const LEAD: f64 = 0.15;
+/// Rate at which a swing sole returns to its path (critically damped), in omega. The joints follow a robot whose stance
+/// sole is flat and whose trunk is upright. A push turns both, so that the foot would come down early and short.
+const RETURNING: f64 = 6.0;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
 /// Distance of the DCM from the support polygon below which the more loaded foot is not lifted if the DCM is beside it,
@@ -301,12 +304,16 @@ impl Footwork for CatchFootwork {
             poses: estimate.footholds,
             velocities: PerFoot::default(),
         };
-        (soles.poses[foot], soles.velocities[foot]) = swing.sole();
+        let (pose, velocity) = swing.sole();
+        (soles.poses[foot], soles.velocities[foot]) = (pose, velocity);
         body.follow(robot, pendulum, estimate, soles, command);
         let wanted = &mut self.wanted;
         wanted.standing = PerFoot::from_fn(|f| f != foot);
         wanted.sole_acc = PerFoot::default();
-        wanted.sole_acc[foot][0] = swing.sole_acc();
+        let rate = RETURNING * pendulum.omega;
+        let off = pose.translation.vector - estimate.soles[foot].translation.vector;
+        let slow = velocity - estimate.sole_vel[foot];
+        wanted.sole_acc[foot][0] = swing.sole_acc() + (off * rate + slow * 2.0) * rate;
         wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, body.com.height[2]);
         let solved = self
             .dynamics
