@@ -1,8 +1,8 @@
-//! When a sole counts as in contact.
+//! When a sole counts as in contact, and how fast it moves.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use standfast_core::control::estimate::{Estimate, Estimator};
-use standfast_core::robot::{Foot, PerFoot};
+use standfast_core::robot::{Foot, GRAVITY, PerFoot};
 use standfast_core::socket::Wrench;
 use standfast_core::socket::{Imu, Sensed};
 
@@ -65,4 +65,55 @@ fn a_touch_is_no_contact() {
         "a load, and what is left of it"
     );
     assert!(!touches(3.0, None) && !touches(4.0, None), "it has left");
+}
+
+/// A robot in flight turns while all its joints move. Its IMU is on a forearm, so that joints move it, too.
+#[test]
+fn the_velocity_of_a_sole_is_the_slope_of_its_place() {
+    const DT: f64 = 0.002;
+    let mut robot = standfast_robots::load("ut-mu2").unwrap();
+    robot.trunk = robot
+        .links
+        .iter()
+        .position(|link| link.name == "left_elbow_flexion")
+        .unwrap();
+    let mut estimator = Estimator::new(&robot, DT);
+    let turning = Vector3::new(0.3, -0.5, 0.8);
+    let dq: Vec<f64> = (0..robot.joints.len())
+        .map(|j| 0.2 + 0.1 * j as f64)
+        .collect();
+    let states: Vec<_> = (0..3)
+        .map(|tick| {
+            let time_s = DT * f64::from(tick);
+            let orientation = UnitQuaternion::from_scaled_axis(turning * time_s);
+            let imu = Imu {
+                orientation,
+                gyro: turning,
+                accelerometer: orientation.inverse() * Vector3::new(0.0, 0.0, GRAVITY),
+            };
+            let moved = robot
+                .home_rad
+                .iter()
+                .zip(&dq)
+                .map(|(q, dq)| q + dq * time_s);
+            let sensed = Sensed {
+                time_s,
+                q: moved.collect(),
+                dq: dq.clone(),
+                imu,
+                soles: PerFoot::default(),
+            };
+            estimator.update(&robot, &sensed, None);
+            let now = estimator.now();
+            (now.soles, now.sole_vel)
+        })
+        .collect();
+    for foot in Foot::BOTH {
+        let [before, after] = [0, 2].map(|tick| states[tick].0[foot].translation.vector);
+        let (slope, velocity) = ((after - before) / (2.0 * DT), states[1].1[foot]);
+        assert!(
+            (velocity - slope).norm() < 1e-4 && slope.norm() > 0.1,
+            "{velocity} {slope}"
+        );
+    }
 }
