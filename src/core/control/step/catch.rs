@@ -5,8 +5,9 @@
 //! ([`plan`]). A footstep with a risk that the pendulum does not model costs more (`is_risky`). If the legs cross, the
 //! foot goes around the stance leg. At every tick after the lift, landing place and ZMP are planned anew from the
 //! estimate, so both follow the DCM. The torques are those of the moving body ([`InverseDynamics`]), since a leg that
-//! swings within 0.2 s pushes the rest of the body off its course. In a footstep home the foot is led in the same way:
-//! as soon as the footstep would not catch the DCM, its landing place is planned anew.
+//! swings within 0.2 s pushes the rest of the body off its course. They also bring the swing foot back to its path
+//! (`RETURNING`). In a footstep home the foot is led in the same way: as soon as the footstep would not catch the DCM,
+//! its landing place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
