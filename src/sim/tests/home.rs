@@ -115,7 +115,7 @@ fn a_push_on_the_way_home_is_caught() {
             let record = bench.run(
                 vec![push(5.0, 0.0), second],
                 None,
-                12.0,
+                16.0,
                 Until::Fallen,
                 |_| {},
             );
