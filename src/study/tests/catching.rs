@@ -186,10 +186,16 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
             "at {heading_deg}: {:?}",
             record.legs_met
         );
-        // Planned places lie in a region. A foot that comes down early or late is off by a little more.
+        // Planned places lie in a region. A foot that comes down early or late is off by a little more, and one whose
+        // knee touches the other by 7 mm.
+        let off_m = if record.legs_met.is_some() {
+            0.008
+        } else {
+            OFF_M
+        };
         for place in course.landings.iter().take(1) {
             let within =
-                |[least, most]: [f64; 2], at: f64| (least - OFF_M..=most + OFF_M).contains(&at);
+                |[least, most]: [f64; 2], at: f64| (least - off_m..=most + off_m).contains(&at);
             let in_region =
                 |region: &LandingRegion| within(region.x_m, place.x) && within(region.y_m, place.y);
             assert!(regions.iter().any(in_region), "at {heading_deg}: {place}");
