@@ -22,7 +22,7 @@ use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, Departure, Departures, plan};
 use crate::robot::swing_shape::least_jerk;
-use crate::robot::{Foot, LandingRegion, PerFoot};
+use crate::robot::{Foot, GRAVITY, LandingRegion, PerFoot};
 use crate::socket::{Command, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -38,6 +38,16 @@ const LEAD: f64 = 0.15;
 /// Rate at which a swing sole returns to its path (critically damped), in omega. The joints follow a robot whose stance
 /// sole is flat and whose trunk is upright. A push turns both, so that the foot would come down early and short.
 const RETURNING: f64 = 6.0;
+/// Largest acceleration towards the path in a swing that goes straight, in g. A leg that is at its torque limits would
+/// land late with more, and a hard push is caught by quick footsteps, even if they are short. A foot that goes around
+/// the stance leg has no such limit, since it meets that leg if it leaves its path.
+const MOST_RETURN: f64 = 1.0;
+/// Swing time of a foot that goes straight, in swing times of its landing region: without travel, and per travel of one
+/// COM height. The time of a region is that of its farthest place from home.
+const STILL_SHARE: f64 = 0.7;
+const TRAVEL_SHARE: f64 = 0.5;
+/// Number of times that a footstep is planned until its travel and its swing time agree.
+const TRAVEL_ROUNDS: usize = 4;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
 /// Distance of the DCM from the support polygon below which the more loaded foot is not lifted if the DCM is beside it,
@@ -168,11 +178,19 @@ impl Footwork for CatchFootwork {
                 ),
             );
             for (number, region) in robot.reach.iter().enumerate() {
-                let Some((way, swing_time_s)) = way_to(region, from, now.design) else {
+                let Some((way, region_s)) = way_to(region, from, now.design) else {
                     continue;
                 };
                 let problem = problem(region, foot, now);
+                let mut swing_time_s = region_s;
                 let mut catch = plan(&problem, dcm, swing_time_s - transfer_s);
+                if way == Way::STRAIGHT {
+                    for _ in 1..TRAVEL_ROUNDS {
+                        let travel = (catch.place - from).norm() / length_m;
+                        swing_time_s = region_s * (STILL_SHARE + TRAVEL_SHARE * travel);
+                        catch = plan(&problem, dcm, swing_time_s - transfer_s);
+                    }
+                }
                 let risk = if is_risky(foot, region, dcm, now) {
                     RISK
                 } else {
@@ -314,7 +332,13 @@ impl Footwork for CatchFootwork {
         let rate = RETURNING * pendulum.omega;
         let off = pose.translation.vector - estimate.soles[foot].translation.vector;
         let slow = velocity - estimate.sole_vel[foot];
-        wanted.sole_acc[foot][0] = swing.sole_acc() + (off * rate + slow * 2.0) * rate;
+        let back = (off * rate + slow * 2.0) * rate;
+        let most = if swing.goes_straight() {
+            MOST_RETURN * GRAVITY
+        } else {
+            f64::INFINITY
+        };
+        wanted.sole_acc[foot][0] = swing.sole_acc() + back.cap_magnitude(most);
         wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, body.com.height[2]);
         let solved = self
             .dynamics
