@@ -230,6 +230,28 @@ fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
     }
 }
 
+/// Standing, the robot recovers from at most 3 N s at these headings. A footstep with the swing time of its whole region
+/// comes too late, and so does a foot that its leg is to bring back to its path at any price.
+#[test]
+fn quick_footsteps_catch_pushes_of_more_than_twice_what_standing_does() {
+    let bench = Bench::new("catch");
+    let hard = [
+        (20.0, [7.2, 7.6, 8.0]),
+        (157.5, [7.0, 7.2, 7.4]),
+        (180.0, [6.9, 7.0, 7.2]),
+    ]
+    .into_iter()
+    .flat_map(|(heading, impulses)| impulses.map(|impulse| (impulse, heading)));
+    let lost: Vec<(f64, f64)> = hard
+        .par_bridge()
+        .filter(|&(impulse, heading)| {
+            bench.push(push(impulse, heading)).outcome != Outcome::Recovered
+        })
+        .collect();
+    println!("lost: {lost:?}");
+    assert!(lost.len() <= 1, "{lost:?} N s and degrees");
+}
+
 #[test]
 fn where_standing_suffices_no_foot_is_lifted() {
     let bench = Bench::new("catch");
