@@ -459,8 +459,8 @@ fn soles_slip_where_the_ground_is_slippery() {
             };
             let (slippery, firm) = (slip_m(0.15), slip_m(1.0));
             println!("{gains}, {heading_deg}: {slippery:.4} m on friction 0.15, {firm:.4} m on 1");
-            // `catch` slides less far, since it lifts a foot then.
-            let far_m = if gains == "hold" { 0.03 } else { 0.02 };
+            // `catch` slides less far, since it lifts a foot then, and for a short time.
+            let far_m = if gains == "hold" { 0.03 } else { 0.01 };
             assert!(
                 slippery > far_m && firm < 0.002,
                 "{gains}, {heading_deg}: {slippery} m, {firm} m"
