@@ -49,7 +49,6 @@ macro_rules! chapters {
         #[doc = "[others]: crate::guide::history#other-robots"]
         #[doc = "[parts]: crate::guide::history#what-each-part-of-catch-is-worth"]
         #[doc = "[travel]: crate::guide::history#a-swing-takes-longer-with-its-travel"]
-        #[doc = "[returns]: crate::guide::history#the-swing-foot-returns-to-its-path"]
         #[doc = "[sizes]: crate::guide::history#robots-of-other-sizes"]
         #[doc = "[speed]: crate::guide::history#speed"]
         #[doc = "[step]: crate::guide::history#the-physics-step"]
