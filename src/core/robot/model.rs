@@ -323,7 +323,7 @@ pub struct LandingRegion {
     /// Smallest and largest offset to the side of the swing foot (m).
     #[serde(deserialize_with = "exactly")]
     pub y_m: [f64; 2],
-    /// Time from the lift to the landing (s), for any place in the region. A controller may take less for near places.
+    /// Time from the lift to the landing (s), for any place in the region. A controller may take less for a short way.
     pub swing_time_s: f64,
     /// How the foot goes around the stance leg: it moves sideways only from this share of the swing on, and fore and
     /// aft only until the same share before the end. With 0, the default, it goes straight.
