@@ -7,7 +7,8 @@
 //! in the order soles, joint limits, COM, trunk, posture.
 
 use super::tasks::{
-    KINEMATICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, weight_of_lengths,
+    KINEMATICS, NormalEquations, SOLE_ROTATION, TaskJacobians, led_axes, legs, reachable,
+    weight_of_lengths,
 };
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Point3, UnitQuaternion, Vector3};
@@ -127,7 +128,7 @@ impl InverseKinematics {
             }
             for axis in led_axes(robot, foot, &pose) {
                 self.add_row(
-                    KINEMATICS.stance,
+                    SOLE_ROTATION,
                     JacobianRow::Turn(foot, axis),
                     angular.dot(&axis),
                     0.0,

@@ -16,9 +16,9 @@ pub(super) fn weight_of_lengths(robot: &Robot) -> f64 {
 /// as large.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
-    /// Position and rotation of a stance sole.
+    /// Position of a stance sole, and its rotation with accelerations. [`SOLE_ROTATION`] has that of displacements.
     pub stance: f64,
-    /// Position and rotation of a swing sole.
+    /// The same of a swing sole.
     pub swing: f64,
     /// Horizontal position of the COM.
     pub com: f64,
@@ -50,6 +50,11 @@ pub(super) const KINEMATICS: Weights = Weights {
     limit: 1e6,
     base: 1e-9,
 };
+
+/// Weight of the squared rotation error of a sole among [`KINEMATICS`], below those of COM and trunk. With an ankle at its
+/// limit the sole rolls onto its edge. If it were kept flat, the knees would stretch, and the robot would leave the
+/// ground.
+pub(super) const SOLE_ROTATION: f64 = 0.5;
 
 /// Weights of accelerations. The stance foot does not move; swing foot and COM height give way to the horizontal COM.
 pub(super) const DYNAMICS: Weights = Weights {
