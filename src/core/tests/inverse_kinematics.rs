@@ -56,7 +56,7 @@ fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> FollowedTask {
     let kinematics = Kinematics::at(robot, &body.posture);
     let missed = |foot: Foot| {
         let away = task.soles[foot].inverse() * kinematics.sole_pose(robot, foot);
-        away.translation.vector.norm().max(away.rotation.angle())
+        away.translation.vector.norm()
     };
     let com = kinematics.com() - task.com;
     let soles = missed(Foot::Left).max(missed(Foot::Right));
@@ -106,4 +106,26 @@ fn what_the_legs_can_reach_is_reached_and_the_rest_is_approached_without_a_leap(
             "{left:?} {right:?}: {com} m, {height} m, {soles} m, leaps by {leap} rad, at last {last}"
         );
     }
+}
+
+/// With the feet side by side and the COM far to the left of them, the left ankle is at its limit. The sole turns onto
+/// its edge, so that the COM is 11 mm short of its place. With soles that stay flat, it was 19 mm short.
+#[test]
+fn with_an_ankle_at_its_limit_the_sole_turns_and_the_com_follows() {
+    let robot = standfast_robots::load("ut-mu2").unwrap();
+    let mut targets = stride(&robot, [Vector3::new(0.0, -0.05, 0.0), Vector3::zeros()]);
+    let mut body = InverseKinematics::new(&robot);
+    let middle = targets.com;
+    for k in 1..=100 {
+        targets.com = middle + Vector3::new(0.0, 0.1, -0.05) * least_jerk(f64::from(k) / 100.0);
+        body.follow(&robot, &targets);
+    }
+    let kinematics = Kinematics::at(&robot, &body.posture);
+    let short = (kinematics.com() - targets.com).xy().norm();
+    let sole = targets.soles.left.inverse() * kinematics.sole_pose(&robot, Foot::Left);
+    let (turned, moved) = (sole.rotation.angle(), sole.translation.vector.norm());
+    assert!(
+        short < 0.015 && turned > 0.1 && moved < 1e-3,
+        "{short} m short, turned by {turned} rad, moved by {moved} m"
+    );
 }

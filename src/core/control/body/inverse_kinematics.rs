@@ -4,7 +4,7 @@
 //!
 //! Each tick takes one Newton step on a reference posture, which is kept apart from the measured one. The step is a
 //! weighted least-squares solution for the velocities of the base (six) and of the joints. The weights rank the tasks
-//! in the order soles, joint limits, COM, trunk, posture.
+//! in the order places of the soles, joint limits, COM, trunk, rotations of the soles, posture.
 
 use super::tasks::{
     KINEMATICS, NormalEquations, SOLE_ROTATION, TaskJacobians, led_axes, legs, reachable,
