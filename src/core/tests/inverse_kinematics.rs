@@ -80,7 +80,7 @@ const HERE: [f64; 2] = [0.0, 0.0];
 /// Where the legs reach, the height deviates by micrometres, in favour of the arms. Elsewhere the feet are so far apart
 /// that a leg is straight at home height. Joints once leapt by radians there. The height of the COM gives way, its
 /// horizontal place hardly does, and the places of the feet do not; if both legs are straight and turned, the place
-/// gives way by 8.5 mm.
+/// gives way by 8.5 mm, and the soles turn by 0.084 rad.
 #[test]
 fn what_the_legs_can_reach_is_reached_and_the_rest_is_approached_without_a_leap() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
@@ -105,12 +105,19 @@ fn what_the_legs_can_reach_is_reached_and_the_rest_is_approached_without_a_leap(
             last,
         } = follow(&robot, left, right);
         let is_good = match most {
-            None => com < 1e-6 && soles < 1e-6 && turned < 1e-5 && height < 5e-5,
-            Some(most) => com < most && soles < 1e-3 && height > 1e-3 && leap < 0.2 && last < 1e-9,
+            None => com < 1e-6 && soles.max(turned) < 1e-6 && height < 5e-5,
+            Some(most) => {
+                com < most
+                    && soles < 1e-3
+                    && turned < 0.1
+                    && height > 1e-3
+                    && leap < 0.2
+                    && last < 1e-9
+            }
         };
         assert!(
             is_good,
-            "{left:?} {right:?}: {com} m, {height} m, {soles} m, leaps by {leap} rad, at last {last}"
+            "{left:?} {right:?}: {com} m, {height} m, {soles} m, soles turned by {turned} rad, leaps by {leap} rad, at last {last}"
         );
     }
 }

@@ -37,7 +37,7 @@ pub(super) struct Weights {
 }
 
 /// Weights of displacements and velocities. Stance and swing foot count alike. Where the legs are too short for a long
-/// stride, the soles roll first, then the trunk turns, and then the COM height gives way.
+/// stride, the trunk turns first, with the soles a little, and then the COM height gives way.
 pub(super) const KINEMATICS: Weights = Weights {
     stance: 1e4,
     swing: 1e4,
