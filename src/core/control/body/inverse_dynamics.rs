@@ -20,7 +20,7 @@ use super::tasks::{
     weight_of_lengths,
 };
 use crate::robot::dynamics::Dynamics;
-use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Units};
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Units};
 use crate::socket::Wrench;
 use nalgebra::{
     Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6,
@@ -31,6 +31,9 @@ const LIMIT_RATE: f64 = 3.55;
 /// Weight of the squared contact forces, with forces as multiples of the robot's weight and joint accelerations as
 /// multiples of omega^2. It is small, and shares a load evenly among the corners.
 const RHO: f64 = 6e-6;
+
+/// Damping of a step of a leg's joints; it matters for a leg that is nearly straight.
+const STEP_DAMPING: f64 = 1e-3;
 
 const EDGES: usize = 4;
 const PER_SOLE: usize = 4 * EDGES;
@@ -168,6 +171,35 @@ impl InverseDynamics {
         self.solve_tasks(wanted)?;
         self.find_torques();
         Some(self.predict(robot, wanted))
+    }
+
+    /// Steps of the joints of a leg (index, and angle in rad) that bring its sole to `pose` while the base stays where it
+    /// is: a damped Newton step from the posture of the last solve. A rotation of 1 rad counts like `length_m` (m).
+    pub fn leg_step<'a>(
+        &'a self,
+        robot: &'a Robot,
+        foot: Foot,
+        pose: &Pose,
+        length_m: f64,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let sole = self.kinematics.sole_pose(robot, foot);
+        let linear = (pose.translation.vector - sole.translation.vector) / length_m;
+        let angular = (pose.rotation * sole.rotation.inverse()).scaled_axis();
+        let column = move |j: usize| {
+            let mut column = self.jacobians.soles[foot].column(6 + j).into_owned();
+            column.fixed_rows_mut::<3>(0).unscale_mut(length_m);
+            column
+        };
+        let normal = robot
+            .leg(foot)
+            .fold(Matrix6::identity() * STEP_DAMPING, |sum, j| {
+                sum + column(j) * column(j).transpose()
+            });
+        let error = Vector6::from_iterator(linear.iter().chain(&angular).copied());
+        let pull = normal
+            .cholesky()
+            .map_or(Vector6::zeros(), |factor| factor.solve(&error));
+        robot.leg(foot).map(move |j| (j, column(j).dot(&pull)))
     }
 
     fn add_soles(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {

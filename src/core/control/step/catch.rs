@@ -41,7 +41,15 @@ const RETURNING: f64 = 6.0;
 /// Largest acceleration towards the path in a swing that goes straight, in g. A leg that is at its torque limits would
 /// land late with more, and a hard push is caught by quick footsteps, even if they are short. A foot that goes around
 /// the stance leg has no such limit, since it meets that leg if it leaves its path.
-const MOST_RETURN: f64 = 1.0;
+const MOST_RETURN: f64 = 2.0;
+/// Share by which the joints of the swing leg are sent to where its path asks them to be with the trunk as it is; the rest
+/// is for an upright trunk. A push turns the trunk. Hips that stand it up throw the swing leg back at the lift, so that the
+/// foot lands late and short.
+const AS_IT_IS: f64 = 0.7;
+/// Farthest places at which a foot that goes straight is aimed, in those of its landing region: forward and backward, and
+/// to the side from home. The region is what soles reach that stay flat, in its time. A trailing sole rolls
+/// onto its edge, and a farther way takes longer by `TRAVEL_SHARE`.
+const BEYOND: [f64; 2] = [1.25, 1.75];
 /// Swing time of a foot that goes straight, in swing times of its landing region: without travel, and per travel of one
 /// COM height. The time of a region is that of its farthest place from home.
 const STILL_SHARE: f64 = 0.7;
@@ -345,6 +353,14 @@ impl Footwork for CatchFootwork {
             .solve(robot, &estimate.posture, body.velocity(), wanted);
         solved.ok_or(TickError::Unsolvable)?;
         command.tau_ff.copy_from_slice(&self.dynamics.tau);
+        let to_pose = self
+            .dynamics
+            .leg_step(robot, foot, &pose, now.design.units.length_m);
+        for (j, step_rad) in to_pose {
+            let joint = &robot.joints[j];
+            let q = (estimate.posture.q[j] + step_rad).clamp(joint.lower_rad, joint.upper_rad);
+            command.q_ref[j] += AS_IT_IS * (q - command.q_ref[j]);
+        }
         Ok(zmp)
     }
 }
@@ -489,6 +505,12 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
         ..
     } = now.design;
     let weight_n = robot.weight_n();
+    let home = Vector2::new(stance.x * foot.side(), stance.y);
+    let mut reach = [region.x_m, region.y_m];
+    if region.sideways_from == 0.0 {
+        reach[0] = reach[0].map(|x| BEYOND[0] * x);
+        reach[1][1] = home.y + BEYOND[1] * (reach[1][1] - home.y);
+    }
     let pressable = |standing: Foot, load_n: f64| {
         let [x, [low, high]] = robot.soles[standing].pressable_m(load_n);
         [
@@ -507,8 +529,8 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
             [low + margin, high - margin]
         }),
         support: pressable(foot, 0.5 * weight_n),
-        reach: [region.x_m, region.y_m],
-        home: Vector2::new(stance.x * foot.side(), stance.y),
+        reach,
+        home,
     }
 }
 
