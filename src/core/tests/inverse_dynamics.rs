@@ -1,6 +1,6 @@
 //! Inverse dynamics of UT-mu2: its predictions obey the equations of motion and the limits of the ground, for any task.
 
-use nalgebra::{DVector, Matrix6xX, Point2, Point3, Vector3, vector};
+use nalgebra::{DVector, Matrix6xX, Point2, Point3, UnitQuaternion, Vector3, vector};
 use proptest::prelude::*;
 use standfast_core::control::body::{
     ContactModel, DesiredAcceleration, InverseDynamics, PredictedContact,
@@ -277,6 +277,33 @@ fn a_foot_swings_while_the_other_stands() {
 }
 
 /// With no foot on the ground the COM falls.
+/// A step of 10 mm and 0.03 rad is nearly linear. A straight leg could not make it.
+#[test]
+fn a_step_of_a_leg_brings_its_sole_to_a_pose_and_moves_no_other_joint() {
+    let solved = at_home(&DesiredAcceleration::rest(&ROBOT, LEFT));
+    for foot in Foot::BOTH {
+        let mut pose = solved.kinematics.sole_pose(&ROBOT, foot);
+        pose.translation.vector += vector![0.006, -0.004, 0.007];
+        pose.rotation =
+            UnitQuaternion::from_scaled_axis(vector![0.02, -0.02, 0.01]) * pose.rotation;
+        let mut posture = ROBOT.home_posture();
+        let length_m = ROBOT.home_com_height();
+        for (j, step_rad) in solved.body.leg_step(&ROBOT, foot, &pose, length_m) {
+            posture.q[j] += step_rad;
+        }
+        let kinematics = Kinematics::at(&ROBOT, &posture);
+        let sole = kinematics.sole_pose(&ROBOT, foot);
+        let off = pose.translation.vector - sole.translation.vector;
+        assert!(off.norm() < 1e-3, "{foot:?}: {off}");
+        assert!(
+            sole.rotation.angle_to(&pose.rotation) < 3e-3,
+            "{sole} {pose}"
+        );
+        let other = solved.kinematics.sole_pose(&ROBOT, foot.other());
+        assert_eq!(kinematics.sole_pose(&ROBOT, foot.other()), other);
+    }
+}
+
 #[test]
 fn in_flight_the_com_falls() {
     let mut wanted = DesiredAcceleration::rest(&ROBOT, PerFoot::default());
