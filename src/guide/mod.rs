@@ -48,6 +48,7 @@ macro_rules! chapters {
         #[doc = "[laws]: crate::guide::history#whether-the-physics-adds-up"]
         #[doc = "[others]: crate::guide::history#other-robots"]
         #[doc = "[parts]: crate::guide::history#what-each-part-of-catch-is-worth"]
+        #[doc = "[leg]: crate::guide::history#the-swing-leg-is-led-with-the-trunk-as-it-is-and-feet-land-farther"]
         #[doc = "[rolls]: crate::guide::history#soles-roll-where-an-ankle-is-at-its-limit"]
         #[doc = "[travel]: crate::guide::history#a-swing-takes-longer-with-its-travel"]
         #[doc = "[sizes]: crate::guide::history#robots-of-other-sizes"]
