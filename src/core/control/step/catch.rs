@@ -6,8 +6,8 @@
 //! foot goes around the stance leg. At every tick after the lift, landing place and ZMP are planned anew from the
 //! estimate, so both follow the DCM. The torques are those of the moving body ([`InverseDynamics`]), since a leg that
 //! swings within 0.2 s pushes the rest of the body off its course. They also bring the swing foot back to its path
-//! (`RETURNING`). In a footstep home the foot is led in the same way: as soon as the footstep would not catch the DCM,
-//! its landing place is planned anew.
+//! (`RETURNING`), and so do the joints of its leg, from the trunk as it is (`AS_IT_IS`). In a footstep home the foot is
+//! led in the same way: as soon as the footstep would not catch the DCM, its landing place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
@@ -42,13 +42,12 @@ const RETURNING: f64 = 6.0;
 /// land late with more, and a hard push is caught by quick footsteps, even if they are short. A foot that goes around
 /// the stance leg has no such limit, since it meets that leg if it leaves its path.
 const MOST_RETURN: f64 = 2.0;
-/// Share by which the joints of the swing leg are sent to where its path asks them to be with the trunk as it is; the rest
-/// is for an upright trunk. A push turns the trunk. Hips that stand it up throw the swing leg back at the lift, so that the
-/// foot lands late and short.
+/// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
+/// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
 const AS_IT_IS: f64 = 0.7;
-/// Farthest places at which a foot that goes straight is aimed, in those of its landing region: forward and backward, and
-/// to the side from home. The region is what soles reach that stay flat, in its time. A trailing sole rolls
-/// onto its edge, and a farther way takes longer by `TRAVEL_SHARE`.
+/// Factors on the reach of a foot that goes straight: forward and backward, and to the side from home. The landing region
+/// is what soles reach that stay flat, in its time. But a sole rolls onto its edge where an ankle is at its limit, and a
+/// farther way takes longer by `TRAVEL_SHARE`.
 const BEYOND: [f64; 2] = [1.25, 1.75];
 /// Swing time of a foot that goes straight, in swing times of its landing region: without travel, and per travel of one
 /// COM height. The time of a region is that of its farthest place from home.
