@@ -352,6 +352,11 @@ impl LandingRegion {
         }
     }
 
+    /// Whether the swing leg crosses the stance leg on the way to this region.
+    pub fn crosses(&self) -> bool {
+        self.sideways_from > 0.0
+    }
+
     pub fn corners(&self) -> [[f64; 2]; 4] {
         let ([x0, x1], [y0, y1]) = (self.x_m, self.y_m);
         [[x0, y0], [x0, y1], [x1, y0], [x1, y1]]

@@ -276,7 +276,6 @@ fn a_foot_swings_while_the_other_stands() {
     );
 }
 
-/// With no foot on the ground the COM falls.
 /// A step of 10 mm and 0.03 rad is nearly linear. A straight leg could not make it.
 #[test]
 fn a_step_of_a_leg_brings_its_sole_to_a_pose_and_moves_no_other_joint() {
@@ -304,6 +303,7 @@ fn a_step_of_a_leg_brings_its_sole_to_a_pose_and_moves_no_other_joint() {
     }
 }
 
+/// With no foot on the ground the COM falls.
 #[test]
 fn in_flight_the_com_falls() {
     let mut wanted = DesiredAcceleration::rest(&ROBOT, PerFoot::default());

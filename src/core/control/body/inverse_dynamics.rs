@@ -190,13 +190,12 @@ impl InverseDynamics {
             column.fixed_rows_mut::<3>(0).unscale_mut(length_m);
             column
         };
-        let normal = robot
+        let error = Vector6::from_iterator(linear.iter().chain(&angular).copied());
+        let pull = robot
             .leg(foot)
             .fold(Matrix6::identity() * STEP_DAMPING, |sum, j| {
                 sum + column(j) * column(j).transpose()
-            });
-        let error = Vector6::from_iterator(linear.iter().chain(&angular).copied());
-        let pull = normal
+            })
             .cholesky()
             .map_or(Vector6::zeros(), |factor| factor.solve(&error));
         robot.leg(foot).map(move |j| (j, column(j).dot(&pull)))

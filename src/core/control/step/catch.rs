@@ -45,8 +45,8 @@ const MOST_RETURN: f64 = 2.0;
 /// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
 /// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
 const AS_IT_IS: f64 = 0.7;
-/// Factors on the reach of a foot that goes straight: forward and backward, and to the side from home. The landing region
-/// is what soles reach that stay flat, in its time. But a sole rolls onto its edge where an ankle is at its limit, and a
+/// Factors on the reach of a foot that goes straight: forward and backward, and to the side from home. A landing region
+/// ends where soles stay flat and its time suffices. But a sole rolls onto its edge where an ankle is at its limit, and a
 /// farther way takes longer by `TRAVEL_SHARE`.
 const BEYOND: [f64; 2] = [1.25, 1.75];
 /// Swing time of a foot that goes straight, in swing times of its landing region: without travel, and per travel of one
@@ -203,7 +203,7 @@ impl Footwork for CatchFootwork {
                 } else {
                     0.0
                 };
-                let crossed = if region.sideways_from > 0.0 {
+                let crossed = if region.crosses() {
                     departure.crossed
                 } else {
                     0.0
@@ -312,8 +312,9 @@ impl Footwork for CatchFootwork {
         let Departure {
             place, zmp, tilt, ..
         } = self.departure;
-        catch.place += Vector2::from(place) * now.design.units.length_m;
-        catch.zmp += Vector2::from(zmp) * now.design.units.length_m;
+        let length_m = now.design.units.length_m;
+        catch.place += Vector2::from(place) * length_m;
+        catch.zmp += Vector2::from(zmp) * length_m;
         for (zmp, [low, high]) in catch.zmp.iter_mut().zip(problem.zmp) {
             *zmp = zmp.clamp(low, high);
         }
@@ -352,10 +353,7 @@ impl Footwork for CatchFootwork {
             .solve(robot, &estimate.posture, body.velocity(), wanted);
         solved.ok_or(TickError::Unsolvable)?;
         command.tau_ff.copy_from_slice(&self.dynamics.tau);
-        let to_pose = self
-            .dynamics
-            .leg_step(robot, foot, &pose, now.design.units.length_m);
-        for (j, step_rad) in to_pose {
+        for (j, step_rad) in self.dynamics.leg_step(robot, foot, &pose, length_m) {
             let joint = &robot.joints[j];
             let q = (estimate.posture.q[j] + step_rad).clamp(joint.lower_rad, joint.upper_rad);
             command.q_ref[j] += AS_IT_IS * (q - command.q_ref[j]);
@@ -475,7 +473,7 @@ fn falls_back(now: &StepState) -> bool {
 /// bend forward, so a leg that crosses the other one while the body falls backward meets it. A foot that has just
 /// landed carries the robot. If it is lifted again, it moves only a little while the body falls farther.
 fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepState) -> bool {
-    let meets = region.sideways_from > 0.0 && dcm.x < 0.0;
+    let meets = region.crosses() && dcm.x < 0.0;
     let just_landed_s = RELIFT_TIME * now.design.units.time_s();
     meets
         || now
@@ -506,7 +504,7 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
     let weight_n = robot.weight_n();
     let home = Vector2::new(stance.x * foot.side(), stance.y);
     let mut reach = [region.x_m, region.y_m];
-    if region.sideways_from == 0.0 {
+    if !region.crosses() {
         reach[0] = reach[0].map(|x| BEYOND[0] * x);
         reach[1][1] = home.y + BEYOND[1] * (reach[1][1] - home.y);
     }
@@ -541,15 +539,14 @@ fn way_to(region: &LandingRegion, from: Vector2<f64>, design: &Design) -> Option
     /// heights.
     const CROSSED: f64 = 0.032;
     let reach = &design.robot.reach;
-    let crosses = |region: &&LandingRegion| region.sideways_from > 0.0;
     let same_side = |region: &&LandingRegion| region.x_m[0] * from.x > 0.0;
     let has_crossed = from.y < reach[0].y_m[0] - CROSSED * design.units.length_m;
-    match (has_crossed, crosses(&region)) {
+    match (has_crossed, region.crosses()) {
         (true, true) => {
             same_side(&region).then(|| (Way::around(region.around()), region.swing_time_s))
         }
         (true, false) => {
-            let back = reach.iter().filter(crosses).find(same_side);
+            let back = reach.iter().filter(|r| r.crosses()).find(same_side);
             let (way, back_s) = back.map_or((Way::STRAIGHT, 0.0), |b| {
                 (Way::back_around(b.around()), b.swing_time_s)
             });
