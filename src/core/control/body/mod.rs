@@ -92,6 +92,8 @@ pub struct Body {
     pub com: ComReference,
     /// Desired tilt of the trunk from upright about its x and y axes (rad).
     pub tilt: Vector2<f64>,
+    /// Desired turn of the trunk about its z axis from the direction of the feet (rad).
+    pub turn: f64,
     kinematics: InverseKinematics,
     /// Largest speed at which the COM rises (m/s).
     rising_m_s: f64,
@@ -110,6 +112,7 @@ impl Body {
         Self {
             com,
             tilt: Vector2::zeros(),
+            turn: 0.0,
             kinematics,
             rising_m_s: RISING * units.speed_m_s(),
         }
@@ -155,7 +158,7 @@ impl Body {
 
     /// The desired orientation of the trunk.
     pub fn trunk(&self, estimate: &Estimate) -> UnitQuaternion<f64> {
-        upright(estimate) * UnitQuaternion::from_scaled_axis(self.tilt.push(0.0))
+        upright(estimate) * UnitQuaternion::from_scaled_axis(self.tilt.push(self.turn))
     }
 }
 

@@ -45,6 +45,9 @@ const MOST_RETURN: f64 = 2.0;
 /// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
 /// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
 const AS_IT_IS: f64 = 0.7;
+/// Largest turn of the trunk in a swing that crosses the legs (rad): the hip of the swing leg goes to the side of the stance
+/// leg on which the foot passes, and the other hip gives way. So the knees stay apart.
+const TURN: f64 = 0.15;
 /// Factors on the reach of a foot that goes straight: forward and backward, and to the side from home. A landing region
 /// ends where soles stay flat and its time suffices. But a sole rolls onto its edge where an ankle is at its limit, and a
 /// farther way takes longer by `TRAVEL_SHARE`.
@@ -293,7 +296,8 @@ impl Footwork for CatchFootwork {
             now.estimate,
         );
         let (foot, stance, left_s) = (swing.footstep.foot, swing.stance, swing.time_left_s());
-        let mut problem = problem(&robot.reach[self.region], foot, now);
+        let region = &robot.reach[self.region];
+        let mut problem = problem(region, foot, now);
         if left_s <= self.rules.settle_s {
             problem = problem.landing_at(to_side(
                 foot,
@@ -321,6 +325,12 @@ impl Footwork for CatchFootwork {
         body.tilt = self
             .tilt_at_lift
             .lerp(&tilt.into(), least_jerk(swing.share()));
+        body.turn = if region.crosses() {
+            let [turn, ..] = swing.bump(TURN, LEAD);
+            -foot.side() * region.x_m[0].signum() * turn
+        } else {
+            0.0
+        };
         if left_s > self.rules.settle_s {
             swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
         }

@@ -225,15 +225,14 @@ impl Swing {
         )
     }
 
-    /// A bump of `height_m` (m) on the way, with its rate and acceleration (m, m/s, m/s^2). `lead` is defined in
-    /// [`SwingTiming`].
-    fn bump(&self, height_m: f64, lead: f64) -> [f64; 3] {
+    /// A bump of `height` on the way, with its rate (1/s) and acceleration (1/s^2). `lead` is defined in [`SwingTiming`].
+    pub fn bump(&self, height: f64, lead: f64) -> [f64; 3] {
         let duration = self.timing.swing_time_s;
         let u = self.share().min(1.0);
         let (w, rate) = (u + lead * u * (1.0 - u), 1.0 + lead * (1.0 - 2.0 * u));
-        let [height, slope, curvature] = bump(height_m, w);
+        let [value, slope, curvature] = bump(height, w);
         [
-            height,
+            value,
             slope * rate / duration,
             (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration),
         ]
