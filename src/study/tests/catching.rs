@@ -234,14 +234,16 @@ fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
 /// comes too late (all but 105 and 135 degrees), and so does a foot that its leg is to bring back to its path at any price
 /// (135). With soles that stay flat where an ankle is at its limit, the body is thrown up (105). With a swing leg whose
 /// joints are sent to an upright trunk, the foot lands short (90 and 180), and with the reach of flat soles, too (22.5 and
-/// 180).
+/// 180). With a trunk that does not turn while the legs cross, the knees meet (70 and 100).
 #[test]
 fn quick_footsteps_catch_pushes_far_beyond_standing() {
     let bench = Bench::new("catch");
     let hard = [
         (20.0, [7.2, 7.6, 8.0]),
         (22.5, [10.0, 10.2, 10.4]),
+        (70.0, [7.0, 7.1, 7.2]),
         (90.0, [5.6, 5.8, 6.0]),
+        (100.0, [6.2, 6.3, 6.4]),
         (105.0, [5.4, 5.6, 5.8]),
         (135.0, [7.0, 7.4, 7.8]),
         (157.5, [7.0, 7.2, 7.4]),
