@@ -3,11 +3,12 @@
 //! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of all
 //! footsteps, of either foot to any [landing region](LandingRegion), the footstep with the least cost is taken
 //! ([`plan`]). A footstep with a risk that the pendulum does not model costs more (`is_risky`). If the legs cross, the
-//! foot goes around the stance leg, and the trunk turns (`TURN`). At every tick after the lift, landing place and ZMP are planned anew from the
-//! estimate, so both follow the DCM. The torques are those of the moving body ([`InverseDynamics`]), since a leg that
-//! swings within 0.2 s pushes the rest of the body off its course. They also bring the swing foot back to its path
-//! (`RETURNING`), and so do the joints of its leg, from the trunk as it is (`AS_IT_IS`). In a footstep home the foot is
-//! led in the same way: as soon as the footstep would not catch the DCM, its landing place is planned anew.
+//! foot goes around the stance leg, and the trunk turns (`TURN`). At every tick after the lift, landing place and ZMP
+//! are planned anew from the estimate, so both follow the DCM. The torques are those of the moving body
+//! ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the body off its course. They also
+//! bring the swing foot back to its path (`RETURNING`), and so do the joints of its leg, from the trunk as it is
+//! (`AS_IT_IS`). In a footstep home the foot is led in the same way: as soon as the footstep would not catch the DCM,
+//! its landing place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
