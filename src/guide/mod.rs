@@ -88,6 +88,8 @@ macro_rules! chapters {
         #[doc = "[success.svg]: ../../../../../assets/pictures/success.svg"]
         #[doc = "[travel-caught.svg]: ../../../../../assets/pictures/travel-caught.svg"]
         #[doc = "[travel-lost.svg]: ../../../../../assets/pictures/travel-lost.svg"]
+        #[doc = "[turn-caught.svg]: ../../../../../assets/pictures/turn-caught.svg"]
+        #[doc = "[turn-lost.svg]: ../../../../../assets/pictures/turn-lost.svg"]
         #[doc = "[view.png]: ../../../../../assets/pictures/view.png"]
         #[doc = ""]
         #[doc = include_str!(concat!(stringify!($chapter), ".md"))]
