@@ -131,7 +131,7 @@ fn readme_and_guide_state_the_same_figures() {
             ),
         ),
         ("README.md", format!("to {hardest} N s with several")),
-        ("src/guide/limits.md", format!("catch       {hardest} (")),
+        ("src/guide/limits.md", format!("catch        {hardest} (")),
     ] {
         // A sentence may continue in the next line.
         assert!(
