@@ -92,7 +92,8 @@ pub struct Body {
     pub com: ComReference,
     /// Desired tilt of the trunk from upright about its x and y axes (rad).
     pub tilt: Vector2<f64>,
-    /// Desired turn of the trunk about its z axis from the direction of the feet (rad).
+    /// Desired turn of the trunk about its z axis from the direction of the feet (rad). Like the tilt, it stays until the
+    /// next footstep.
     pub turn: f64,
     kinematics: InverseKinematics,
     /// Largest speed at which the COM rises (m/s).
