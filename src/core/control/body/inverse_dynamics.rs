@@ -16,7 +16,7 @@
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
 use super::tasks::{
-    DYNAMICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, trunk_origin,
+    DYNAMICS, NormalEquations, SWING_SOLE, TaskJacobians, led_axes, legs, reachable, trunk_origin,
     weight_of_lengths,
 };
 use crate::robot::dynamics::Dynamics;
@@ -204,9 +204,9 @@ impl InverseDynamics {
     fn add_soles(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         for foot in Foot::BOTH {
             let weight = if wanted.standing[foot] {
-                DYNAMICS.stance
+                DYNAMICS.soles
             } else {
-                DYNAMICS.swing
+                SWING_SOLE
             };
             let pose = self.kinematics.sole_pose(robot, foot);
             let bias = self.dynamics.point_bias_acc(

@@ -118,7 +118,7 @@ impl InverseKinematics {
             let linear = wanted.translation.vector - pose.translation.vector;
             let angular = (wanted.rotation * pose.rotation.inverse()).scaled_axis();
             for k in 0..3 {
-                let weight = KINEMATICS.stance * self.of_lengths;
+                let weight = KINEMATICS.soles * self.of_lengths;
                 self.add_row(
                     weight,
                     JacobianRow::Sole(foot, k),

@@ -16,10 +16,9 @@ pub(super) fn weight_of_lengths(robot: &Robot) -> f64 {
 /// as large.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
-    /// Position of a stance sole, and its rotation with accelerations. [`SOLE_ROTATION`] has that of displacements.
-    pub stance: f64,
-    /// The same of a swing sole.
-    pub swing: f64,
+    /// Position of a sole. With accelerations, it is also that of its rotation, and [`SWING_SOLE`] takes its place for the
+    /// swing sole. With displacements, [`SOLE_ROTATION`] is that of the rotation.
+    pub soles: f64,
     /// Horizontal position of the COM.
     pub com: f64,
     pub height: f64,
@@ -36,11 +35,10 @@ pub(super) struct Weights {
     pub base: f64,
 }
 
-/// Weights of displacements and velocities. Stance and swing foot count alike. Where the legs are too short for a long
+/// Weights of displacements and velocities. Where the legs are too short for a long
 /// stride, the trunk turns first, with the soles a little, and then the COM height gives way.
 pub(super) const KINEMATICS: Weights = Weights {
-    stance: 1e4,
-    swing: 1e4,
+    soles: 1e4,
     com: 1e2,
     height: 1e1,
     trunk: 1e1,
@@ -58,8 +56,7 @@ pub(super) const SOLE_ROTATION: f64 = 0.5;
 
 /// Weights of accelerations. The stance foot does not move; swing foot and COM height give way to the horizontal COM.
 pub(super) const DYNAMICS: Weights = Weights {
-    stance: 1e5,
-    swing: 30.0,
+    soles: 1e5,
     com: 100.0,
     height: 30.0,
     trunk: 1.0,
@@ -69,6 +66,9 @@ pub(super) const DYNAMICS: Weights = Weights {
     limit: 5.0,
     base: 1e-6,
 };
+
+/// Weight of the acceleration of the swing sole among [`DYNAMICS`].
+pub(super) const SWING_SOLE: f64 = 30.0;
 
 /// Distance that references keep from joint limits (rad). A straight leg cannot move its foot along the leg.
 const LIMIT_MARGIN_RAD: f64 = 0.1;
