@@ -16,8 +16,8 @@ pub(super) fn weight_of_lengths(robot: &Robot) -> f64 {
 /// as large.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
-    /// Position of a sole. With accelerations, it is also that of its rotation, and [`SWING_SOLE`] takes its place for the
-    /// swing sole. With displacements, [`SOLE_ROTATION`] is that of the rotation.
+    /// Position of a sole, and with accelerations also its rotation. Two weights stand apart: [`SOLE_ROTATION`] for the
+    /// rotation with displacements, and [`SWING_SOLE`] for the swing sole with accelerations.
     pub soles: f64,
     /// Horizontal position of the COM.
     pub com: f64,
@@ -35,8 +35,8 @@ pub(super) struct Weights {
     pub base: f64,
 }
 
-/// Weights of displacements and velocities. Where the legs are too short for a long
-/// stride, the trunk turns first, with the soles a little, and then the COM height gives way.
+/// Weights of displacements and velocities. Where the legs are too short for a long stride, the trunk turns first, with
+/// the soles a little, and then the COM height gives way.
 pub(super) const KINEMATICS: Weights = Weights {
     soles: 1e4,
     com: 1e2,
