@@ -2,13 +2,12 @@
 //!
 //! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of all
 //! footsteps, of either foot to any [landing region](LandingRegion), the footstep with the least cost is taken
-//! ([`plan`]). A footstep with a risk that the pendulum does not model costs more (`is_risky`). If the legs cross, the
-//! foot goes around the stance leg, and the trunk turns (`TURN`). At every tick after the lift, landing place and ZMP
-//! are planned anew from the estimate, so both follow the DCM. The torques are those of the moving body
-//! ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the body off its course. They also
-//! bring the swing foot back to its path (`RETURNING`), and so do the joints of its leg, from the trunk as it is
-//! (`AS_IT_IS`). In a footstep home the foot is led in the same way: as soon as the footstep would not catch the DCM,
-//! its landing place is planned anew.
+//! ([`plan`]). If the legs cross, the foot goes around the stance leg, and the trunk turns (`TURN`). At every tick after
+//! the lift, landing place and ZMP are planned anew from the estimate, so both follow the DCM. The torques are those of
+//! the moving body ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the body off its
+//! course. They also bring the swing foot back to its path (`RETURNING`), and so do the joints of its leg, from the
+//! trunk as it is (`AS_IT_IS`). In a footstep home the foot is led in the same way: as soon as the footstep would not
+//! catch the DCM, its landing place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
@@ -20,10 +19,9 @@ use crate::control::body::{
 };
 use crate::control::design::Design;
 use crate::control::estimate::on_ground;
-use crate::control::stand::Support;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, Departure, Departures, plan};
 use crate::robot::swing_shape::least_jerk;
-use crate::robot::{Foot, GRAVITY, LandingRegion, PerFoot};
+use crate::robot::{Foot, LandingRegion, PerFoot};
 use crate::socket::{Command, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -39,10 +37,6 @@ const LEAD: f64 = 0.15;
 /// Rate at which a swing sole returns to its path (critically damped), in omega. The joints follow a robot whose stance
 /// sole is flat and whose trunk is upright. A push turns both, so that the foot would come down early and short.
 const RETURNING: f64 = 6.0;
-/// Largest acceleration towards the path in a swing that goes straight, in g. A leg that is at its torque limits would
-/// land late with more, and a hard push is caught by quick footsteps, even if they are short. A foot that goes around
-/// the stance leg has no such limit, since it meets that leg if it leaves its path.
-const MOST_RETURN: f64 = 2.0;
 /// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
 /// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
 const AS_IT_IS: f64 = 0.7;
@@ -61,19 +55,6 @@ const TRAVEL_SHARE: f64 = 0.5;
 const TRAVEL_ROUNDS: usize = 4;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
-/// Distance of the DCM from the support polygon below which the more loaded foot is not lifted if the DCM is beside it,
-/// in half sole lengths. The body then turns about the edge of that foot, and standing is better than the pendulum
-/// predicts.
-const OUTSIDE_SHARE: f64 = 0.2;
-/// Height of the hanging foot below which a body that has turned about the edge of the other foot falls back onto it,
-/// in COM heights; and the time after which the DCM must still be beside the stance foot for that, in 1/omega.
-const HANGING_HEIGHT: f64 = 0.08;
-const FALLS_BACK: f64 = 0.5;
-/// Added miss of a footstep with a risk that the pendulum does not model ([`is_risky`]), in COM heights. With it, the
-/// footstep is taken only if the others would miss by more.
-const RISK: f64 = 0.01;
-/// Time after a landing during which it is risky to lift the foot that landed, in 1/omega.
-const RELIFT_TIME: f64 = 3.0;
 /// Swing time of a foot that goes home, as a multiple of the swing time of a foot that catches.
 const HOMEWARD_TIME_RATIO: f64 = 2.0;
 
@@ -136,10 +117,9 @@ impl Footwork for CatchFootwork {
         self.departures = *departures;
     }
 
-    /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
-    /// or while the body falls back onto a foot that hangs in the air. It lifts no foot if the other one is not in
-    /// contact, and no loaded foot if the DCM is just beside it. It also lifts none if the DCM would end nearer to the
-    /// support if the robot only stood.
+    /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon, and
+    /// no foot if the other one is not in contact. It also lifts none if the DCM would end nearer to the support if the
+    /// robot only stood.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
@@ -155,7 +135,7 @@ impl Footwork for CatchFootwork {
             .polygon?
             .signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)))
             - departure.lift * length_m;
-        if outside <= 0.0 || falls_back(now) {
+        if outside <= 0.0 {
             return None;
         }
         let mut best: Option<FootstepCandidate> = None;
@@ -163,13 +143,6 @@ impl Footwork for CatchFootwork {
             .into_iter()
             .filter(|foot| estimate.in_contact[foot.other()])
         {
-            let is_loaded = estimate.load_n[foot] > estimate.load_n[foot.other()];
-            if is_loaded
-                && is_beside(foot, 0.0, now)
-                && outside < OUTSIDE_SHARE * robot.soles[foot].half_m[0]
-            {
-                continue;
-            }
             let stance = on_ground(&estimate.footholds[foot.other()]);
             let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right))
                 .clamp(0.0, 1.0);
@@ -202,18 +175,13 @@ impl Footwork for CatchFootwork {
                         catch = plan(&problem, dcm, swing_time_s - transfer_s);
                     }
                 }
-                let risk = if is_risky(foot, region, dcm, now) {
-                    RISK
-                } else {
-                    0.0
-                };
                 let crossed = if region.crosses() {
                     departure.crossed
                 } else {
                     0.0
                 };
-                catch.cost += problem
-                    .cost_of_miss((risk + crossed + departure.left * foot.side()) * length_m);
+                catch.cost +=
+                    problem.cost_of_miss((crossed + departure.left * foot.side()) * length_m);
                 if best
                     .as_ref()
                     .is_none_or(|best| catch.cost < best.catch.cost)
@@ -352,12 +320,7 @@ impl Footwork for CatchFootwork {
         let off = pose.translation.vector - estimate.soles[foot].translation.vector;
         let slow = velocity - estimate.sole_vel[foot];
         let back = (off * rate + slow * 2.0) * rate;
-        let most = if swing.goes_straight() {
-            MOST_RETURN * GRAVITY
-        } else {
-            f64::INFINITY
-        };
-        wanted.sole_acc[foot][0] = swing.sole_acc() + back.cap_magnitude(most);
+        wanted.sole_acc[foot][0] = swing.sole_acc() + back;
         wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, body.com.height[2]);
         let solved = self
             .dynamics
@@ -440,56 +403,6 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     let (estimate, omega) = (now.estimate, now.design.family.pendulum.omega);
     let dcm = estimate.com_xy() + estimate.com_vel_xy() / omega;
     estimate.zmp + (dcm - estimate.zmp) * (omega * time_s).exp()
-}
-
-/// Whether the DCM after `time_s` is beside a foot: neither in front of nor behind the part of the sole on which its
-/// ankle can press.
-fn is_beside(foot: Foot, time_s: f64, now: &StepState) -> bool {
-    let robot = &now.design.robot;
-    let [[back, front], _] = robot.soles[foot].pressable_m(robot.weight_n());
-    let along = on_ground(&now.estimate.footholds[foot])
-        .inverse_transform_point(&dcm_in(time_s, now))
-        .x;
-    back < along && along < front
-}
-
-/// Whether a robot on the edge of one foot will come down on both feet again, with the DCM between them.
-fn falls_back(now: &StepState) -> bool {
-    let (Design { robot, units, .. }, estimate) = (now.design, now.estimate);
-    let Some(hanging) = Foot::BOTH
-        .into_iter()
-        .find(|&foot| !estimate.in_contact[foot])
-    else {
-        return false;
-    };
-    let above = estimate.soles[hanging].translation.z - estimate.footholds[hanging].translation.z;
-    let both = Support::of(
-        robot,
-        &estimate.footholds,
-        &PerFoot {
-            left: true,
-            right: true,
-        },
-    );
-    let dcm = both.frame.inverse_transform_point(&dcm_in(0.0, now));
-    estimate.in_contact[hanging.other()]
-        && above < HANGING_HEIGHT * units.length_m
-        && is_beside(hanging.other(), FALLS_BACK * units.time_s(), now)
-        && both
-            .polygon
-            .is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
-}
-
-/// Whether a footstep has a risk that the pendulum does not model. `dcm` (m) has the axes of the stance sole. Knees
-/// bend forward, so a leg that crosses the other one while the body falls backward meets it. A foot that has just
-/// landed carries the robot. If it is lifted again, it moves only a little while the body falls farther.
-fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepState) -> bool {
-    let meets = region.crosses() && dcm.x < 0.0;
-    let just_landed_s = RELIFT_TIME * now.design.units.time_s();
-    meets
-        || now
-            .last_landing
-            .is_some_and(|landing| landing.foot == foot && landing.ago_s < just_landed_s)
 }
 
 /// A footstep that could be taken.

@@ -183,11 +183,6 @@ impl Swing {
         ]
     }
 
-    /// Whether the foot goes straight to its landing place, and not around the stance leg.
-    pub fn goes_straight(&self) -> bool {
-        self.moves[..2] == Way::STRAIGHT.moves
-    }
-
     /// Share of the planned swing time that has passed.
     pub fn share(&self) -> f64 {
         self.time_s / self.timing.swing_time_s
