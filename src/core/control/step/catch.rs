@@ -36,7 +36,7 @@ const IMPACT: f64 = 0.11;
 const LEAD: f64 = 0.15;
 /// Rate at which a swing sole returns to its path (critically damped), in omega. The joints follow a robot whose stance
 /// sole is flat and whose trunk is upright. A push turns both, so that the foot would come down early and short.
-const RETURNING: f64 = 4.5;
+const RETURNING: f64 = 6.0;
 /// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
 /// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
 const AS_IT_IS: f64 = 0.7;
@@ -46,7 +46,7 @@ const TURN: f64 = 0.15;
 /// Factors on the reach of a foot that goes straight: forward and backward, and to the side from home. A landing region
 /// ends where soles stay flat and its time suffices. But a sole rolls onto its edge where an ankle is at its limit, and a
 /// farther way takes longer by `TRAVEL_SHARE`. To the side, this time is what bounds a footstep, hardly the reach.
-const BEYOND: [f64; 2] = [1.1, 3.0];
+const BEYOND: [f64; 2] = [1.25, 3.0];
 /// Swing time of a foot that goes straight, in swing times of its landing region: without travel, and per travel of one
 /// COM height. The time of a region is that of its farthest place from home.
 const STILL_SHARE: f64 = 0.7;
