@@ -480,7 +480,7 @@ fn time_at_the_torque_limit_counts_while_upright() {
         (1.0, 1.0, false),
         (1.0, 3.5, false),
         (0.6, 3.5, false),
-        (1.0, 8.0, true),
+        (1.0, 12.0, true),
     ] {
         let variation = Variation {
             torque_scale: Some(scale),
