@@ -91,6 +91,8 @@ macro_rules! chapters {
         #[doc = "[turn-caught.svg]: ../../../../../assets/pictures/turn-caught.svg"]
         #[doc = "[turn-lost.svg]: ../../../../../assets/pictures/turn-lost.svg"]
         #[doc = "[view.png]: ../../../../../assets/pictures/view.png"]
+        #[doc = "[wide-caught.svg]: ../../../../../assets/pictures/wide-caught.svg"]
+        #[doc = "[wide-lost.svg]: ../../../../../assets/pictures/wide-lost.svg"]
         #[doc = ""]
         #[doc = include_str!(concat!(stringify!($chapter), ".md"))]
         pub mod $chapter {}
