@@ -50,6 +50,7 @@ macro_rules! chapters {
         #[doc = "[parts]: crate::guide::history#what-each-part-of-catch-is-worth"]
         #[doc = "[leg]: crate::guide::history#the-swing-leg-is-led-with-the-trunk-as-it-is-and-feet-land-farther"]
         #[doc = "[turn]: crate::guide::history#the-trunk-turns-while-the-legs-cross"]
+        #[doc = "[wide]: crate::guide::history#the-loaded-foot-goes-out-to-the-side"]
         #[doc = "[rolls]: crate::guide::history#soles-roll-where-an-ankle-is-at-its-limit"]
         #[doc = "[travel]: crate::guide::history#a-swing-takes-longer-with-its-travel"]
         #[doc = "[sizes]: crate::guide::history#robots-of-other-sizes"]
