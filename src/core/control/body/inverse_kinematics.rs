@@ -7,7 +7,7 @@
 //! in the order places of the soles, joint limits, COM, trunk, rotations of the soles, posture.
 
 use super::tasks::{
-    KINEMATICS, NormalEquations, SOLE_ROTATION, TaskJacobians, led_axes, legs, reachable,
+    KINEMATICS, NormalEquations, SOLE_ROTATION, TOO_HIGH, TaskJacobians, led_axes, legs, reachable,
     weight_of_lengths,
 };
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
@@ -141,7 +141,12 @@ impl InverseKinematics {
         let mut error = targets.com - self.kinematics.com();
         // After a long stride the body is low. It must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
-        for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height]
+        let height = if error.z < 0.0 {
+            TOO_HIGH
+        } else {
+            KINEMATICS.height
+        };
+        for (k, weight) in [KINEMATICS.com, KINEMATICS.com, height]
             .into_iter()
             .enumerate()
         {

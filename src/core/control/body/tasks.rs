@@ -54,6 +54,10 @@ pub(super) const KINEMATICS: Weights = Weights {
 /// ground.
 pub(super) const SOLE_ROTATION: f64 = 0.5;
 
+/// Weight of the COM height among [`KINEMATICS`] while the COM is above its target. A straight leg cannot shorten at once.
+/// When its sole is lifted, it would push the body up instead, and the robot would leave the ground.
+pub(super) const TOO_HIGH: f64 = 300.0;
+
 /// Weights of accelerations. The stance foot does not move; swing foot and COM height give way to the horizontal COM.
 pub(super) const DYNAMICS: Weights = Weights {
     soles: 1e5,
