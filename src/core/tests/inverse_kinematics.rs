@@ -143,3 +143,32 @@ fn with_an_ankle_at_its_limit_the_sole_turns_and_the_com_follows() {
         "{short} m short, turned by {turned} rad, moved by {moved} m"
     );
 }
+
+/// The robot stands on its left foot, and its right leg is straight behind it. The right sole is lifted by 20 mm within 40
+/// ms. A straight leg cannot shorten at once, and the COM would be raised by 7 mm, so fast that the robot would leave the
+/// ground. It rises by less than 1 mm, and the sole lags until the knee is bent.
+#[test]
+fn a_straight_leg_that_is_lifted_does_not_raise_the_body() {
+    let robot = standfast_robots::load("ut-mu2").unwrap();
+    let far = Vector3::new(0.15, 0.1, 0.0);
+    let mut targets = stride(&robot, [far, Vector3::zeros()]);
+    targets.com += Vector3::new(0.04, 0.03, 0.0);
+    let mut body = InverseKinematics::new(&robot);
+    for _ in 0..200 {
+        body.follow(&robot, &targets);
+    }
+    targets.com.z = body.com_height(&robot);
+    let (ground, mut highest) = (targets.soles.right.translation.z, f64::MIN);
+    for k in 1..=40 {
+        targets.soles.right.translation.z = ground + 0.02 * least_jerk(f64::from(k) / 20.0);
+        body.follow(&robot, &targets);
+        highest = highest.max(body.com_height(&robot) - targets.com.z);
+    }
+    let kinematics = Kinematics::at(&robot, &body.posture);
+    let sole = kinematics.sole_pose(&robot, Foot::Right).translation.z;
+    let lags = (targets.soles.right.translation.z - sole).abs();
+    assert!(
+        highest < 1e-3 && lags < 1e-3,
+        "the COM rises by {highest} m, and the sole is {lags} m off at last"
+    );
+}
