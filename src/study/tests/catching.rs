@@ -223,13 +223,14 @@ fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
 /// comes too late, and so does a foot that its leg is to bring back to its path at any price. With soles that stay flat where
 /// an ankle is at its limit, the body is thrown up. With a swing leg whose joints are sent to an upright trunk, the foot lands
 /// short (180 degrees), and with the reach of flat soles, too (22.5 and 180). From the side, feet have to land far out, or the
-/// legs cross and meet (67.5 to 112.5).
+/// legs cross and meet (67.5 to 112.5). If a straight leg that is lifted raises the COM, the robot leaves the ground (20 and 30).
 #[test]
 fn quick_footsteps_catch_pushes_far_beyond_standing() {
     let bench = Bench::new("catch");
     let hard = [
         (20.0, [7.2, 7.6, 8.0]),
         (22.5, [10.0, 10.2, 10.4]),
+        (30.0, [7.0, 7.2, 7.4]),
         (67.5, [8.2, 8.4, 8.6]),
         (90.0, [7.8, 8.2, 8.6]),
         (112.5, [7.6, 7.9, 8.2]),
@@ -245,8 +246,7 @@ fn quick_footsteps_catch_pushes_far_beyond_standing() {
             bench.push(push(impulse, heading)).outcome != Outcome::Recovered
         })
         .collect();
-    println!("lost: {lost:?}");
-    assert!(lost.len() <= 1, "{lost:?} N s and degrees");
+    assert!(lost.is_empty(), "{lost:?} N s and degrees");
 }
 
 #[test]
