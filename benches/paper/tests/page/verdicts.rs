@@ -227,7 +227,7 @@ fn verdicts_are_counted() {
     let contents = contents.replace('\u{a0}', " ");
     let found = runs().json["found"].as_array().unwrap();
     assert_eq!(found.len(), 3);
-    for (sentence, told) in found.iter().zip(["0.88 s", "3.6 N s", "18 mm"]) {
+    for (sentence, told) in found.iter().zip(["0.88 s", "3.6 N s", "17 mm"]) {
         let sentence = sentence.as_str().unwrap();
         assert!(
             sentence.contains(told) && contents.contains(sentence),
