@@ -12,6 +12,10 @@ use crate::socket::{Command, TickError};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
+/// How much lower than it is a foot that hangs in the air is led while the other one stands, in COM heights. It is not
+/// drawn to its foothold: a push may have kicked it far from there, and the body would turn the other way.
+const SINKS: f64 = 0.02;
+
 /// Standing rule, footwork rule and body, without the estimator, which is the only writer of the estimate.
 #[derive(Debug, Clone)]
 pub struct Balance {
@@ -161,10 +165,22 @@ impl Balance {
         }
         self.switches += u32::from(decision.starts);
         // The impact of the last landing may not be over yet.
+        let impact_s = self
+            .footwork
+            .as_ref()
+            .map_or(0.0, |footwork| footwork.impact_s(&self.design));
         let is_landing = self
             .last_landing
-            .zip(self.footwork.as_ref())
-            .is_some_and(|(landing, footwork)| landing.ago_s < footwork.impact_s(&self.design));
+            .is_some_and(|landing| landing.ago_s < impact_s);
+        // The foot that hangs in the air after the other one has landed.
+        let hangs = self
+            .last_landing
+            .filter(|_| impact_s > 0.0)
+            .map(|landing| landing.foot.other())
+            .filter(|&foot| {
+                !estimate.in_contact[foot]
+                    && estimate.soles[foot].translation.z > estimate.footholds[foot].translation.z
+            });
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
         body.com.height = [design.units.length_m, 0.0, 0.0];
@@ -189,11 +205,18 @@ impl Balance {
             acceleration -= across(acceleration);
             self.zmp_ref += across(estimate.zmp - self.zmp_ref);
         }
+        let mut poses = estimate.footholds;
+        if let Some(foot) = hangs {
+            let ground_m = poses[foot].translation.z;
+            let at = &mut poses[foot].translation;
+            *at = estimate.place(foot).translation;
+            at.z = (at.z - SINKS * design.units.length_m).max(ground_m);
+        }
         let soles = SoleReference {
-            poses: estimate.footholds,
+            poses,
             velocities: PerFoot::default(),
         };
-        body.follow(robot, &family.pendulum, estimate, soles, command);
+        body.follow(robot, &family.pendulum, estimate, soles, 0.0, command);
         carry(
             robot,
             estimate,

@@ -129,16 +129,20 @@ impl Body {
         &self.kinematics.velocity
     }
 
-    /// Moves the reference posture by one period towards COM reference and soles, and writes `q_ref` and `dq_ref`.
+    /// Moves the reference posture by one period towards COM reference and soles, and writes `q_ref` and `dq_ref`. The trunk
+    /// stays as it is by the share `as_it_is`, and turns upright otherwise.
     pub fn follow(
         &mut self,
         robot: &Robot,
         pendulum: &Pendulum,
         estimate: &Estimate,
         soles: SoleReference,
+        as_it_is: f64,
         command: &mut Command,
     ) {
-        let (trunk, com, kinematics) = (self.trunk(estimate), &self.com, &mut self.kinematics);
+        let is = estimate.kinematics().link_pose(robot.trunk).rotation;
+        let trunk = self.trunk(estimate).slerp(&is, as_it_is);
+        let (com, kinematics) = (&self.com, &mut self.kinematics);
         let shaped = com.place + com.shaping;
         kinematics.follow(
             robot,

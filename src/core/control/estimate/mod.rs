@@ -115,6 +115,15 @@ impl Estimate {
         self.soles = self.kinematics.sole_poses(robot);
     }
 
+    /// The foothold of a foot or, if the foot hangs in the air, the same turned as there but with its centre where it is.
+    pub fn place(&self, foot: Foot) -> Pose {
+        let mut pose = self.footholds[foot];
+        if !self.in_contact[foot] {
+            pose.translation = self.soles[foot].translation;
+        }
+        pose
+    }
+
     /// Horizontal position of the COM (m).
     pub fn com_xy(&self) -> Point2<f64> {
         self.com.xy()

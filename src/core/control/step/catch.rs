@@ -39,7 +39,10 @@ const LEAD: f64 = 0.15;
 const RETURNING: f64 = 6.0;
 /// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
 /// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
-const AS_IT_IS: f64 = 0.7;
+const AS_IT_IS: f64 = 0.85;
+/// The same for the rest of the body. Where a push has turned the trunk, the stance leg can stand it up only by a moment that
+/// the sole cannot bear; it would leave the ground instead.
+const TRUNK_AS_IT_IS: f64 = 0.5;
 /// Largest turn of the trunk in a swing that crosses the legs (rad): the hip of the swing leg goes to the side of the stance
 /// leg on which the foot passes, and the other hip gives way. So the knees stay apart.
 const TURN: f64 = 0.15;
@@ -157,9 +160,8 @@ impl Footwork for CatchFootwork {
             );
             let from = to_side(
                 foot,
-                stance.inverse_transform_point(
-                    &estimate.footholds[foot].translation.vector.xy().into(),
-                ),
+                stance
+                    .inverse_transform_point(&estimate.place(foot).translation.vector.xy().into()),
             );
             for (number, region) in robot.reach.iter().enumerate() {
                 let Some((way, region_s)) = way_to(region, from, now.design) else {
@@ -312,7 +314,7 @@ impl Footwork for CatchFootwork {
         };
         let (pose, velocity) = swing.sole();
         (soles.poses[foot], soles.velocities[foot]) = (pose, velocity);
-        body.follow(robot, pendulum, estimate, soles, command);
+        body.follow(robot, pendulum, estimate, soles, TRUNK_AS_IT_IS, command);
         let wanted = &mut self.wanted;
         wanted.standing = PerFoot::from_fn(|f| f != foot);
         wanted.sole_acc = PerFoot::default();
@@ -359,7 +361,9 @@ impl CatchFootwork {
             late_s,
             late_speed_m_s,
         };
-        Swing::new(timing, way, footstep, &now.estimate.footholds)
+        let mut from = now.estimate.footholds;
+        from[footstep.foot] = now.estimate.place(footstep.foot);
+        Swing::new(timing, way, footstep, &from)
     }
 
     /// Moves the COM height towards a height at which the legs reach the landing place.

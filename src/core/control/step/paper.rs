@@ -105,7 +105,7 @@ impl Footwork for PaperFootwork {
             velocities: PerFoot::default(),
         };
         (soles.poses[foot], soles.velocities[foot]) = swing.sole();
-        body.follow(robot, pendulum, now.estimate, soles, command);
+        body.follow(robot, pendulum, now.estimate, soles, 0.0, command);
         let standing = PerFoot::from_fn(|f| f != foot);
         carry(
             robot,
