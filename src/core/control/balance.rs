@@ -12,10 +12,6 @@ use crate::socket::{Command, TickError};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
-/// How much lower than it is a foot that hangs in the air is led while the other one stands, in COM heights. It is not
-/// drawn to its foothold: a push may have kicked it far from there, and the body would turn the other way.
-const SINKS: f64 = 0.02;
-
 /// Standing rule, footwork rule and body, without the estimator, which is the only writer of the estimate.
 #[derive(Debug, Clone)]
 pub struct Balance {
@@ -146,6 +142,10 @@ impl Balance {
         let lean = self.footwork.as_mut().map_or(Vector2::zeros(), |rule| {
             rule.lean(&now, self.supervisor.margin)
         });
+        let poses = self
+            .footwork
+            .as_ref()
+            .map_or(estimate.footholds, |rule| rule.standing_soles(&now));
         let support = Support::of_leaning(robot, estimate, lean);
         let decision = self
             .supervisor
@@ -165,22 +165,10 @@ impl Balance {
         }
         self.switches += u32::from(decision.starts);
         // The impact of the last landing may not be over yet.
-        let impact_s = self
-            .footwork
-            .as_ref()
-            .map_or(0.0, |footwork| footwork.impact_s(&self.design));
         let is_landing = self
             .last_landing
-            .is_some_and(|landing| landing.ago_s < impact_s);
-        // The foot that hangs in the air after the other one has landed.
-        let hangs = self
-            .last_landing
-            .filter(|_| impact_s > 0.0)
-            .map(|landing| landing.foot.other())
-            .filter(|&foot| {
-                !estimate.in_contact[foot]
-                    && estimate.soles[foot].translation.z > estimate.footholds[foot].translation.z
-            });
+            .zip(self.footwork.as_ref())
+            .is_some_and(|(landing, footwork)| landing.ago_s < footwork.impact_s(&self.design));
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
         body.com.height = [design.units.length_m, 0.0, 0.0];
@@ -204,13 +192,6 @@ impl Balance {
             body.com.vel -= across(body.com.vel);
             acceleration -= across(acceleration);
             self.zmp_ref += across(estimate.zmp - self.zmp_ref);
-        }
-        let mut poses = estimate.footholds;
-        if let Some(foot) = hangs {
-            let ground_m = poses[foot].translation.z;
-            let at = &mut poses[foot].translation;
-            *at = estimate.place(foot).translation;
-            at.z = (at.z - SINKS * design.units.length_m).max(ground_m);
         }
         let soles = SoleReference {
             poses,

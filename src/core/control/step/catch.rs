@@ -21,7 +21,7 @@ use crate::control::design::Design;
 use crate::control::estimate::on_ground;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, Departure, Departures, plan};
 use crate::robot::swing_shape::least_jerk;
-use crate::robot::{Foot, LandingRegion, PerFoot};
+use crate::robot::{Foot, LandingRegion, PerFoot, Pose};
 use crate::socket::{Command, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -43,6 +43,8 @@ const AS_IT_IS: f64 = 0.85;
 /// The same for the rest of the body. Where a push has turned the trunk, the stance leg can stand it up only by a moment that
 /// the sole cannot bear; it would leave the ground instead.
 const TRUNK_AS_IT_IS: f64 = 0.5;
+/// How much lower than it is a foot that hangs in the air is led while the other one stands, in COM heights.
+const SINKS: f64 = 0.02;
 /// Largest turn of the trunk in a swing that crosses the legs (rad): the hip of the swing leg goes to the side of the stance
 /// leg on which the foot passes, and the other hip gives way. So the knees stay apart.
 const TURN: f64 = 0.15;
@@ -228,6 +230,20 @@ impl Footwork for CatchFootwork {
             way,
             swing_time_s,
         ))
+    }
+
+    /// A foot that hangs in the air after the other one has landed is kept where it is, and sinks. It is not drawn to its
+    /// foothold: a push may have kicked it far from there, and the body would turn the other way.
+    fn standing_soles(&self, now: &StepState) -> PerFoot<Pose> {
+        let mut poses = now.estimate.footholds;
+        if let Some(landing) = now.last_landing {
+            let foot = landing.foot.other();
+            let ground_m = poses[foot].translation.z;
+            poses[foot] = now.estimate.place(foot);
+            let height_m = &mut poses[foot].translation.z;
+            *height_m = (*height_m - SINKS * now.design.units.length_m).max(ground_m);
+        }
+        poses
     }
 
     fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {

@@ -6,7 +6,7 @@ use crate::control::design::Design;
 use crate::control::estimate::Estimate;
 use crate::control::stand::Support;
 use crate::lipm::catching::Departures;
-use crate::robot::Foot;
+use crate::robot::{Foot, PerFoot, Pose};
 use crate::socket::{Command, TickError};
 use nalgebra::{Point2, Vector2};
 use std::fmt::Debug;
@@ -48,6 +48,11 @@ pub trait Footwork: Debug + Send + Sync {
     /// Time after a landing during which the COM reference follows the estimate (s).
     fn impact_s(&self, _design: &Design) -> f64 {
         0.0
+    }
+
+    /// Poses to which the soles are led while no foot swings (world frame).
+    fn standing_soles(&self, now: &StepState) -> PerFoot<Pose> {
+        now.estimate.footholds
     }
 
     /// How the swing ends at this tick; None if it goes on.
