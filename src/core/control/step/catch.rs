@@ -43,8 +43,10 @@ const AS_IT_IS: f64 = 0.85;
 /// The same for the rest of the body. Where a push has turned the trunk, the stance leg can stand it up only by a moment that
 /// the sole cannot bear; it would leave the ground instead.
 const TRUNK_AS_IT_IS: f64 = 0.5;
-/// How much lower than it is a foot that hangs in the air is led while the other one stands, in COM heights.
-const SINKS: f64 = 0.02;
+/// How much lower than it is a foot that hangs in the air is led while the other one stands: at first, in COM heights, and
+/// how much more per 1/omega once `HANGS` has passed since the landing (1/omega). Sooner, the body would turn the other way.
+const SINKS: [f64; 2] = [0.02, 0.2];
+const HANGS: f64 = 0.5;
 /// Largest turn of the trunk in a swing that crosses the legs (rad): the hip of the swing leg goes to the side of the stance
 /// leg on which the foot passes, and the other hip gives way. So the knees stay apart.
 const TURN: f64 = 0.15;
@@ -240,8 +242,10 @@ impl Footwork for CatchFootwork {
             let foot = landing.foot.other();
             let ground_m = poses[foot].translation.z;
             poses[foot] = now.estimate.place(foot);
+            let hangs = landing.ago_s * now.design.family.pendulum.omega;
+            let sinks = SINKS[0] + SINKS[1] * (hangs - HANGS).max(0.0);
             let height_m = &mut poses[foot].translation.z;
-            *height_m = (*height_m - SINKS * now.design.units.length_m).max(ground_m);
+            *height_m = (*height_m - sinks * now.design.units.length_m).max(ground_m);
         }
         poses
     }
