@@ -6,8 +6,9 @@
 //! the lift, landing place and ZMP are planned anew from the estimate, so both follow the DCM. The torques are those of
 //! the moving body ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the body off its
 //! course. They also bring the swing foot back to its path (`RETURNING`), and so do the joints of its leg, from the
-//! trunk as it is (`AS_IT_IS`). In a footstep home the foot is led in the same way: as soon as the footstep would not
-//! catch the DCM, its landing place is planned anew.
+//! trunk as it is (`AS_IT_IS`). Until the next lift, a foot that hangs in the air is kept there (`SINKS`). In a footstep
+//! home the foot is led in the same way: as soon as the footstep would not catch the DCM, its landing place is planned
+//! anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
