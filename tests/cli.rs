@@ -701,7 +701,7 @@ fn a_robot_that_lands_harder_than_the_limit_breaks() {
     let push = standfast(folder().path(), &["push", "--impulse=5", limit]).success();
     let told = stdout(&push);
     assert!(
-        told.contains("broke at t = ") && told.contains(": left sole bore more than 1.5 weights"),
+        told.contains("broke at t = ") && told.contains(": right sole bore more than 1.5 weights"),
         "{told}"
     );
 }

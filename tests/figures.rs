@@ -109,7 +109,7 @@ fn readme_and_guide_state_the_same_figures() {
     let (standard, forward) = (&figures["standard"], &figures["nominal"]["rapier"][0]);
     for name in CONTROLLERS {
         let recovered = standard["rapier"][name].as_u64().unwrap();
-        let row = format!(" {name:<12} {recovered}/{}", standard["trials"]);
+        let row = format!(" {name:<11} {recovered:>4}/{}", standard["trials"]);
         assert!(readme.contains(&row), "README: {row}");
         let alike = format!("{:.1} %", 100.0 * standard["alike"][name].as_f64().unwrap());
         for file in ["README.md", "src/guide/engines.md"] {

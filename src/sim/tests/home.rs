@@ -67,7 +67,7 @@ fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
         (6.0, 45.0),
         (4.5, 90.0),
         (6.0, 135.0),
-        (6.0, 180.0),
+        (7.0, 180.0),
     ];
     pushes.par_iter().with_max_len(1).for_each(|&(impulse, heading_deg)| {
         let first = push(impulse, heading_deg);
