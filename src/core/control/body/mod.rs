@@ -129,8 +129,8 @@ impl Body {
         &self.kinematics.velocity
     }
 
-    /// Moves the reference posture by one period towards COM reference and soles, and writes `q_ref` and `dq_ref`. The trunk
-    /// stays as it is by the share `as_it_is`, and turns upright otherwise.
+    /// Moves the reference posture by one period towards COM reference and soles, and writes `q_ref` and `dq_ref`. The
+    /// trunk is led to the desired orientation at a share `as_it_is` of 0, and stays as it is at 1.
     pub fn follow(
         &mut self,
         robot: &Robot,

@@ -115,7 +115,7 @@ impl Estimate {
         self.soles = self.kinematics.sole_poses(robot);
     }
 
-    /// The foothold of a foot or, if the foot hangs in the air, the same turned as there but with its centre where it is.
+    /// Pose of a foothold (world frame). If the foot is not in contact, the centre is where the sole is now.
     pub fn place(&self, foot: Foot) -> Pose {
         let mut pose = self.footholds[foot];
         if !self.in_contact[foot] {

@@ -44,8 +44,8 @@ const AS_IT_IS: f64 = 0.85;
 /// The same for the rest of the body. Where a push has turned the trunk, the stance leg can stand it up only by a moment that
 /// the sole cannot bear; it would leave the ground instead.
 const TRUNK_AS_IT_IS: f64 = 0.5;
-/// How much lower than it is a foot that hangs in the air is led while the other one stands: at first, in COM heights, and
-/// how much more per 1/omega once `HANGS` has passed since the landing (1/omega). Sooner, the body would turn the other way.
+/// Drop of the target of a foot that hangs in the air while the other one stands, below the foot (COM heights), and by how
+/// much it grows per 1/omega once `HANGS` has passed since the landing (1/omega). Sooner, fewer pushes are caught.
 const SINKS: [f64; 2] = [0.02, 0.2];
 const HANGS: f64 = 0.5;
 /// Largest turn of the trunk in a swing that crosses the legs (rad): the hip of the swing leg goes to the side of the stance
@@ -236,7 +236,7 @@ impl Footwork for CatchFootwork {
     }
 
     /// A foot that hangs in the air after the other one has landed is kept where it is, and sinks. It is not drawn to its
-    /// foothold: a push may have kicked it far from there, and the body would turn the other way.
+    /// foothold: a push may have kicked it far from there, and the body would turn away from it.
     fn standing_soles(&self, now: &StepState) -> PerFoot<Pose> {
         let mut poses = now.estimate.footholds;
         if let Some(landing) = now.last_landing {
