@@ -224,8 +224,9 @@ fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
 /// an ankle is at its limit, the body is thrown up. With a swing leg whose joints are sent to an upright trunk, the foot lands
 /// short (180 degrees), and with the reach of flat soles, too (22.5 and 180). From the side, feet have to land far out, or the
 /// legs cross and meet (67.5 to 112.5). If a straight leg that is lifted raises the COM, the robot leaves the ground (20 and 30).
-/// If the stance leg has to stand the trunk up in a swing, or a foot that hangs in the air is drawn back to where it stood,
-/// the hardest pushes from the front are lost (135 to 180).
+/// If a swing stands the trunk up at once, pushes from the side are lost (67.5 and 112.5), and if the swing leg follows 0.7 of
+/// the trunk as it is, pushes from the front (135 and 157.5). A foot that hangs in the air must neither be drawn back to where
+/// it stood, nor swing from there (157.5), nor go on hanging (112.5).
 #[test]
 fn quick_footsteps_catch_pushes_far_beyond_standing() {
     let bench = Bench::new("catch");
@@ -234,8 +235,10 @@ fn quick_footsteps_catch_pushes_far_beyond_standing() {
         (22.5, [10.0, 10.2, 10.4]),
         (30.0, [7.0, 7.2, 7.4]),
         (67.5, [8.2, 8.4, 8.8]),
+        (67.5, [10.6, 11.0, 11.2]),
         (90.0, [7.8, 8.2, 8.6]),
         (112.5, [8.0, 8.4, 9.0]),
+        (112.5, [9.2, 9.4, 9.6]),
         (135.0, [10.2, 10.6, 11.0]),
         (157.5, [10.2, 10.4, 10.6]),
         (180.0, [9.2, 9.4, 9.6]),

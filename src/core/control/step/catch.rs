@@ -41,8 +41,7 @@ const RETURNING: f64 = 6.0;
 /// Share of the angles of the swing leg that follow from the trunk as it is; the rest follows from an upright trunk. A push
 /// turns the trunk. If the swing leg helped to stand it up, it would swing back at the lift, and land late and short.
 const AS_IT_IS: f64 = 0.85;
-/// The same for the rest of the body. Where a push has turned the trunk, the stance leg can stand it up only by a moment that
-/// the sole cannot bear; it would leave the ground instead.
+/// The same for the rest of the body. If a swing stood the trunk up at once, the body would be thrown off the ground.
 const TRUNK_AS_IT_IS: f64 = 0.5;
 /// Drop of the target of a foot that hangs in the air while the other one stands, below the foot (COM heights), and by how
 /// much it grows per 1/omega once `HANGS` has passed since the landing (1/omega). Sooner, fewer pushes are caught.
