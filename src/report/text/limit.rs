@@ -193,8 +193,10 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     let starts = match spread_s {
         0.0 => String::new(),
         s => format!(
-            " With controllers that take footsteps the starts of the pushes are spread over {} s.",
-            (1e3 * s).round() / 1e3
+            " With controllers that take footsteps the starts of the pushes are spread over {} s, and their headings over {} \
+             degrees to either side.",
+            (1e3 * s).round() / 1e3,
+            (100.0 * limits.sector_deg).round() / 100.0
         ),
     };
     text += &checked(limits, changes);
@@ -443,6 +445,7 @@ pub mod tests {
             dv_m_s: 0.0,
             dv_over_sqrt_g_h: 0.0,
             start_spread_s: 0.0,
+            heading_spread_deg: 0.0,
             of_one_step_bound: Some(impulse50_n_s / 5.0),
             resolved: impulse50_n_s < 9.0,
             safe_n_s: Some(2.4),

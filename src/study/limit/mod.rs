@@ -208,7 +208,7 @@ impl<'a> Searches<'a> {
         const SAMPLE: usize = 16;
         const LONG_S: f64 = 0.5;
         /// Number of trials of a usual search for the limit: first if trials can differ, then if they cannot.
-        const OF_SEARCH: [f64; 2] = [60.0, 8.0];
+        const OF_SEARCH: [f64; 2] = [110.0, 8.0];
         let factories = self.controllers()?;
         let opening = self.plan.opening(factories);
         let (start, mut pushes) = (Instant::now(), 0);
@@ -280,17 +280,18 @@ impl<'a> Searches<'a> {
             let search = |job: usize| {
                 let heading = &headings[job / controllers.len()];
                 let controller = job % controllers.len();
-                let start_spread_s = match factories[controller].takes_footsteps {
-                    true => start_spread_s,
-                    false => 0.0,
-                };
+                let [start_spread_s, heading_spread_deg] =
+                    match factories[controller].takes_footsteps {
+                        true => [start_spread_s, sector_deg],
+                        false => [0.0; 2],
+                    };
                 let rule = Rule {
                     most_n_s: (BEYOND_THE_BOUND * heading.with_steps_n_s())
                         .max(10.0 * precision_n_s)
                         .min(possible_n_s),
                     precision_n_s,
                     max_trials: options.max_trials,
-                    random: random || start_spread_s > 0.0,
+                    random: random || heading_spread_deg > 0.0,
                 };
                 LimitSearch {
                     campaign,
@@ -299,6 +300,7 @@ impl<'a> Searches<'a> {
                     opening: opening.as_ref(),
                     controller,
                     start_spread_s,
+                    heading_spread_deg,
                     heading_deg: heading.heading_deg,
                     bound_one_step_n_s: heading.bound_one_step_n_s,
                     replicas: options.replicas,

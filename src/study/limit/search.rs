@@ -26,6 +26,8 @@ pub struct ControllerLimit {
     pub dv_over_sqrt_g_h: f64,
     /// Time over which the starts of the pushes were spread (s).
     pub start_spread_s: f64,
+    /// Largest difference of the heading of a push of the search for `impulse50_n_s` (degrees).
+    pub heading_spread_deg: f64,
     /// Ratio of `impulse50_n_s` to the bound with one footstep.
     pub of_one_step_bound: Option<f64>,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
@@ -201,8 +203,10 @@ pub(super) struct LimitSearch<'a> {
     /// The pendulum's bound with one footstep (N s), if it is known.
     pub bound_one_step_n_s: Option<f64>,
     pub replicas: u64,
-    /// Time over which the starts of the pushes are spread (s); 0 without footsteps.
+    /// Time over which the starts of the pushes are spread (s), and the angle to either side over which their headings are
+    /// (degrees), in the searches for the limit and above it; 0 without footsteps.
     pub start_spread_s: f64,
+    pub heading_spread_deg: f64,
     /// Largest difference of a replica in the heading (degrees).
     pub sector_deg: f64,
     /// Whether to try every impulse, for a map.
@@ -261,6 +265,7 @@ impl LimitSearch<'_> {
             dv_m_s,
             dv_over_sqrt_g_h,
             start_spread_s: self.start_spread_s,
+            heading_spread_deg: self.heading_spread_deg,
             of_one_step_bound: self
                 .bound_one_step_n_s
                 .map(|bound_n_s| impulse50.at_n_s / bound_n_s),
@@ -312,9 +317,14 @@ impl LimitSearch<'_> {
     ) -> Result<Posterior> {
         let mut posterior = Posterior::new(rule);
         while let Some(impulse_n_s) = posterior.next_impulse() {
-            let trial = first_trial(heading_deg) + posterior.trials();
-            let late_s = self.start_spread_s * spread_evenly(posterior.trials());
-            let disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg, late_s);
+            let [later, turned] = spread_evenly(posterior.trials());
+            let disturbance = pushed(
+                self.campaign,
+                first_trial(heading_deg) + posterior.trials(),
+                impulse_n_s,
+                turn(heading_deg, self.heading_spread_deg * turned),
+                self.start_spread_s * later,
+            );
             let outcome = self.outcome(disturbance)?;
             on_outcome(impulse_n_s, outcome);
             posterior.observe(impulse_n_s, outcome.is_success());
@@ -342,7 +352,7 @@ impl LimitSearch<'_> {
                     + replica;
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let impulse_n_s = impulse_n_s * (1.0 + REPLICA_IMPULSE_SHARE * more);
-                let heading_deg = (self.heading_deg + self.sector_deg * turned).rem_euclid(360.0);
+                let heading_deg = turn(self.heading_deg, self.sector_deg * turned);
                 let late_s = later * self.late_s();
                 let disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg, late_s);
                 let start_s = disturbance.pushes[0].start_s;
@@ -374,7 +384,8 @@ impl LimitSearch<'_> {
     }
 
     /// Goes up from an impulse in steps of a share of it, until nothing was recovered from at many steps. At each step it
-    /// tries `replicas` pushes, which differ as those of the search for the first loss, but in the heading.
+    /// tries `replicas` pushes, which differ as those of the search for the first loss, and in the heading as those of the
+    /// search for the limit.
     fn above(&self, from_n_s: f64) -> Result<Above> {
         let mut above = Above {
             none_above_n_s: 0.0,
@@ -390,10 +401,10 @@ impl LimitSearch<'_> {
             for replica in 0..self.replicas {
                 let trial =
                     first_trial(self.heading_deg) + ABOVE_TRIALS + point * MOST_REPLICAS + replica;
-                let [more, _, later] = trial::replica(self.campaign.seed, trial);
+                let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let tried_n_s = impulse_n_s * (1.0 + REPLICA_IMPULSE_SHARE * more);
                 let late_s = later * self.late_s();
-                let heading_deg = self.heading_deg;
+                let heading_deg = turn(self.heading_deg, self.heading_spread_deg * turned);
                 let disturbance = pushed(self.campaign, trial, tried_n_s, heading_deg, late_s);
                 above.trials += 1;
                 if self.outcome(disturbance)?.is_success() {
@@ -413,7 +424,8 @@ impl LimitSearch<'_> {
         for point in 1..=points {
             let impulse_n_s = grid_n_s * point as f64;
             let trial = first_trial(self.heading_deg) + MAP_TRIALS + point;
-            let late_s = self.start_spread_s * spread_evenly(point);
+            let [later, _] = spread_evenly(point);
+            let late_s = self.start_spread_s * later;
             let disturbance = pushed(self.campaign, trial, impulse_n_s, self.heading_deg, late_s);
             map.push(MapPoint {
                 impulse_n_s,
@@ -475,10 +487,16 @@ impl MapPoint {
     }
 }
 
-/// Number `k` of a sequence from 0 to 1 whose first numbers, however many, lie evenly: multiples of the golden ratio.
-fn spread_evenly(k: u64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    (k as f64 * GOLDEN).fract()
+/// Number `k` of a sequence of pairs, from 0 to 1 and from -1 to 1, whose first pairs, however many, lie evenly: multiples
+/// of the inverse powers of the plastic number. Pair 0 is (0, 0).
+fn spread_evenly(k: u64) -> [f64; 2] {
+    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+    let [first, second] = STEPS.map(|step| k as f64 * step);
+    [first.fract(), 2.0 * (second + 0.5).fract() - 1.0]
+}
+
+fn turn(heading_deg: f64, by_deg: f64) -> f64 {
+    (heading_deg + by_deg).rem_euclid(360.0)
 }
 
 #[cfg(test)]
