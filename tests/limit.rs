@@ -371,6 +371,8 @@ fn starts_are_spread_with_controllers_that_step() {
     let [hold, catch] = [0, 1].map(|i| &json["headings"][0]["controllers"][i]);
     let number = |of: &Value, key: &str| of.pointer(key).unwrap().as_f64().unwrap();
     assert_eq!(number(hold, "/start_spread_s"), 0.0);
+    let spread_deg = [hold, catch].map(|of| number(of, "/heading_spread_deg"));
+    assert_eq!(spread_deg, [0.0, 11.25]);
     assert!(hold["impulse90_n_s"].is_null() && catch["impulse90_n_s"].is_f64());
     let spread_s = number(catch, "/start_spread_s");
     assert!((spread_s - 0.604).abs() < 0.001, "{spread_s}");
@@ -378,7 +380,12 @@ fn starts_are_spread_with_controllers_that_step() {
     let start_s = number(catch, "/first_loss/start_s");
     assert!(start_s > 0.502 && start_s < 0.5 + spread_s, "{start_s}");
     let told = printed.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("are spread over 0.604 s"), "{printed}");
+    assert!(
+        told.contains(
+            "are spread over 0.604 s, and their headings over 11.25 degrees to either side"
+        ),
+        "{printed}"
+    );
 }
 
 /// The push at the limit of a robot of another size, with a campaign that is changed: with the printed command the

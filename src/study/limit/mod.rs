@@ -208,7 +208,7 @@ impl<'a> Searches<'a> {
         const SAMPLE: usize = 16;
         const LONG_S: f64 = 0.5;
         /// Number of trials of a usual search for the limit: first if trials can differ, then if they cannot.
-        const OF_SEARCH: [f64; 2] = [110.0, 8.0];
+        const OF_SEARCH: [f64; 2] = [80.0, 8.0];
         let factories = self.controllers()?;
         let opening = self.plan.opening(factories);
         let (start, mut pushes) = (Instant::now(), 0);

@@ -559,4 +559,17 @@ mod tests {
             );
         }
     }
+
+    /// Of the first 100 pairs, each cell of a grid of 5 by 5 has 4, give or take 2.
+    #[test]
+    fn starts_and_headings_lie_evenly_and_begin_with_the_heading_of_the_search() {
+        assert_eq!(spread_evenly(0), [0.0, 0.0]);
+        let mut cells = [0; 25];
+        for [late, turned] in (0..100).map(spread_evenly) {
+            let place = |share: f64| (5.0 * share) as usize;
+            cells[5 * place(late) + place(0.5 * (turned + 1.0))] += 1;
+        }
+        assert!(cells.iter().all(|n| (2..=6).contains(n)), "{cells:?}");
+        assert_eq!([turn(350.0, 11.25), turn(0.0, -11.25)], [1.25, 348.75]);
+    }
 }
