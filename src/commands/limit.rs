@@ -49,11 +49,11 @@ heading (by up to 11.25 degrees, or half of what two headings are apart) and in
 start. With others, and without noise and variations, there is no 90 %, and the
 interval is a bracket: every push below it is recovered from, and every push
 above it is lost. The trials of a search are not those of `run`: `push` takes
-their numbers by --trial, as the printed commands do. A search ends when the 95 % interval of its impulse is no wider
-than +- the precision (0.1 N s for ut-mu2), or is marked if --trials do not
-suffice; --replicas are the pushes at each step of the search for
-the first loss, and 0 leaves it out: the nominal campaign then takes a sixth of
-the pushes.
+their numbers by --trial, as the printed commands do. A search ends when the
+95 % interval of its impulse is no wider than +- the precision (0.1 N s for
+ut-mu2), or is marked if --trials do not suffice; --replicas are the pushes at
+each step of the search for the first loss, and 0 leaves it out: the nominal
+campaign then takes a sixth of the pushes.
 
 Each search that is finished is kept in the folder of --out: the same command
 goes on after an interruption, and shards on several machines can share it.")]

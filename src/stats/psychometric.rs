@@ -106,6 +106,7 @@ impl Posterior {
                 chance.push(LAPSE + (1.0 - 2.0 * LAPSE) * 0.5 * erfc(-below / SQRT_2));
             }
         }
+        // The spreads of the grid lie closer the narrower they are. If nothing is random, they are all narrow.
         let weights: Vec<f64> = spreads
             .iter()
             .map(|spread| if rule.random { *spread } else { 1.0 })
