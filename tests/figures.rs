@@ -63,7 +63,7 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
                 .trim_end_matches(".0")
                 .to_string(),
         ];
-        cells.extend(["none", "one", "any"].map(|bound| n_s(&here[bound], 2)));
+        cells.extend(["none", "one", "any", "early"].map(|bound| n_s(&here[bound], 2)));
         cells.extend(CONTROLLERS.map(|name| n_s(&here["controllers"][name]["impulse50_n_s"], 2)));
         cells.push(n_s(&here["controllers"]["catch"]["safe_n_s"], 1));
         cells.push(n_s(&there["controllers"]["catch"]["impulse50_n_s"], 2));
@@ -74,6 +74,17 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
         rows(&text, "## The hardest push"),
         (0..9).map(row).collect::<Vec<_>>()
     );
+
+    for heading in ["rapier", "mujoco"]
+        .map(|engine| nominal[engine].as_array().unwrap())
+        .into_iter()
+        .flatten()
+    {
+        for name in CONTROLLERS {
+            let limit_n_s = heading["controllers"][name]["impulse50_n_s"].as_f64();
+            assert!(limit_n_s < heading["early"].as_f64(), "{name}: {heading}");
+        }
+    }
 
     // The bins are those from the margin `from` on, up to `to`.
     let foretold = |from: f64, to: f64| {

@@ -38,7 +38,8 @@ heading of the first push. A heading of 0 degrees pushes forward, one of 90
 degrees to the left.
 
 Beside it stand the pendulum bounds with no footstep, one, or any
-number, for the mean duration of the push. If the push acts above the COM on
+number, and with any number that reach as far and land as early as those of
+`catch` can, for the mean duration of the push. If the push acts above the COM on
 average, a second line has the bounds divided by 1 + height / COM height. The
 bounds need the regions `[[reach]]` in the robot's settings.
 

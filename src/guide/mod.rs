@@ -53,6 +53,7 @@ macro_rules! chapters {
         #[doc = "[rise]: crate::guide::history#a-straight-leg-that-is-lifted-does-not-throw-the-body-up"]
         #[doc = "[hang]: crate::guide::history#a-hanging-foot-swings-from-where-it-is-and-the-trunk-stays-half-turned"]
         #[doc = "[wide]: crate::guide::history#the-loaded-foot-goes-out-to-the-side"]
+        #[doc = "[early]: crate::guide::history#footsteps-land-early"]
         #[doc = "[spread]: crate::guide::history#a-limit-is-over-headings-too"]
         #[doc = "[rolls]: crate::guide::history#soles-roll-where-an-ankle-is-at-its-limit"]
         #[doc = "[travel]: crate::guide::history#a-swing-takes-longer-with-its-travel"]

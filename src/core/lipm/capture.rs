@@ -25,6 +25,10 @@
 //! the second, so that a crossing may come first or follow another footstep. Other sequences may bring more, but their
 //! gain is shrunk by q1 q2.
 //!
+//! - **Early**: any number of footsteps to [places](Place) beyond the regions. The time of footstep k is `a + b |r_k - s_k|`,
+//!   from where that foot stands, s_k: at home, or where the other foot left it, `-r_(k-1)`. The sequences that are gone
+//!   through alternate between two places, one for each foot. Their set is `B + q1 r1 + q1 q2 r2' + ...`.
+//!
 //! These bounds are a yardstick, not a limit of every robot: they leave out leaps, angular momentum and rocking.
 
 use crate::geometry::SupportPolygon;
@@ -42,6 +46,15 @@ pub struct SwingRegion {
     pub x_m: [f64; 2],
     pub y_m: [f64; 2],
     pub swing_time_s: f64,
+}
+
+/// A place where a foot can land.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// From the centre of the stance sole (m), x forward and y to the side of the foot.
+    pub at: Vector2<f64>,
+    /// Time in the air (s): without travel, and per travel of a metre.
+    pub time_s: [f64; 2],
 }
 
 /// A pendulum on two soles side by side. Both are parallel to x, and the origin is midway between their centres.
@@ -106,6 +119,22 @@ impl Span {
             Vector2::new(low.x, high.y),
         ]
         .map(Point2::from)
+    }
+
+    /// How far a ray from the origin goes until it leaves this box (m); 0 if it misses.
+    fn leaves_at(&self, along: Vector2<f64>) -> f64 {
+        let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+        for k in 0..2 {
+            if along[k] == 0.0 {
+                if self.low[k] > 0.0 || self.high[k] < 0.0 {
+                    return 0.0;
+                }
+                continue;
+            }
+            let [a, b] = [self.low[k] / along[k], self.high[k] / along[k]];
+            (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
+        }
+        if enters <= leaves { leaves } else { 0.0 }
     }
 
     /// How far a ray from the origin goes until it leaves the hull of this box and another one (m); 0 if it misses.
@@ -180,6 +209,37 @@ impl SteppingPendulum {
             };
             self.step(along, &next, -side, [done + 1, most], regions, best);
         }
+    }
+
+    /// The bound with any number of footsteps to these places (N s). It is that without a footstep if they bring nothing.
+    pub fn early_n_s(&self, heading_deg: f64, places: &[Place]) -> f64 {
+        let along = direction(heading_deg);
+        let shrink = |from: Vector2<f64>, to: &Place| {
+            let [still_s, s_per_m] = to.time_s;
+            (-self.omega * (still_s + s_per_m * (to.at - from).norm())).exp()
+        };
+        let after = |left: &Place, to: &Place| shrink(Vector2::new(-left.at.x, left.at.y), to);
+        let home = Vector2::new(0.0, self.stance_width_m);
+        let mut best = self.both_soles().farthest(along, &self.both_soles());
+        for (first, second) in places
+            .iter()
+            .flat_map(|a| places.iter().map(move |b| (a, b)))
+        {
+            let shrinks = [after(second, first), after(first, second)];
+            for stance in [1.0, -1.0] {
+                let (mut set, mut weight) = (self.sole(stance), shrink(home, first));
+                for k in 0..MOST_STEPS {
+                    let foot = k % 2;
+                    let (place, side) = ([first, second][foot], [-stance, stance][foot]);
+                    let at = Vector2::new(place.at.x, side * place.at.y);
+                    set = set.plus(Span { low: at, high: at }, weight);
+                    let held = set.plus(self.gain_of_both(), weight);
+                    best = best.max(held.leaves_at(along));
+                    weight *= shrinks[1 - foot];
+                }
+            }
+        }
+        self.mass_kg * self.omega * best
     }
 
     /// The sole of the left foot (1) or the right one (-1), seen from the COM.

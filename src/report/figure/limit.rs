@@ -15,7 +15,12 @@ const BOUND_EVERY_DEG: usize = 3;
 /// A bound: class in `figure.css`, name in the legend, and impulse (N s) if it is known.
 type BoundCurve = (&'static str, &'static str, fn(&Heading) -> Option<f64>);
 /// The bounds in the order in which they are drawn on top of each other.
-const BOUNDS: [BoundCurve; 3] = [
+const BOUNDS: [BoundCurve; 4] = [
+    (
+        "bound early",
+        "any number, farther and earlier",
+        |heading| heading.bound_early_n_s,
+    ),
     (
         "bound many",
         "any number of footsteps, or none",

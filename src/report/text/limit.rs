@@ -94,7 +94,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         );
         text += &wrapped("pendulum: ", &bob);
     }
-    let columns = ["heading", "none", "one", "any"]
+    let columns = ["heading", "none", "one", "any", "early"]
         .map(number)
         .into_iter()
         .chain([words("controller")]);
@@ -112,12 +112,14 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             Some(heading.bound_no_step_n_s),
             heading.bound_one_step_n_s,
             heading.bound_n_step_n_s,
+            heading.bound_early_n_s,
         ];
         for i in 0..heading.controllers.len().max(factors.len()) {
-            let [none, one, any] = bounds_n_s.map(|bound_n_s| match (factors.get(i), bound_n_s) {
-                (Some(factor), Some(bound_n_s)) => n_s(limits, factor * bound_n_s),
-                _ => String::new(),
-            });
+            let [none, one, any, early] =
+                bounds_n_s.map(|bound_n_s| match (factors.get(i), bound_n_s) {
+                    (Some(factor), Some(bound_n_s)) => n_s(limits, factor * bound_n_s),
+                    _ => String::new(),
+                });
             let mark = if by_torque(heading) && !none.is_empty() {
                 "t"
             } else {
@@ -144,7 +146,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
                     none_above,
                 ];
             }
-            let bounds = [none, one, any + mark];
+            let bounds = [none, one, any, early + mark];
             table.row(
                 std::iter::once(cell(at))
                     .chain(texts(bounds))
@@ -206,9 +208,10 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     text + &wrapped(
         "",
         &format!(
-            "`none`, `one` and `any` are pendulum bounds: the largest impulses from which an ideal pendulum recovers with no \
-             footstep, with one, and with any number of them; it keeps its height, has no angular momentum, and a footstep \
-             takes the time that the robot's settings state. A robot may take more.{torque} `50 % recover` is the impulse \
+            "`none`, `one`, `any` and `early` are pendulum bounds: the largest impulses from which an ideal pendulum recovers \
+             with no footstep, with one, and with any number of them; it keeps its height, has no angular momentum, and a \
+             footstep has the reach and the time that the robot's settings state. With `early`, it reaches as far as `catch` \
+             aims its feet, and lands as early as `catch` counts a landing. A robot may take more.{torque} `50 % recover` is the impulse \
              from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
              {safe}{starts} {} episodes were run.{}",
             limits.episodes,

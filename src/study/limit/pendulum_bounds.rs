@@ -1,10 +1,11 @@
 //! The pendulum bounds: the largest impulses that a pendulum can take without a footstep, with one, and with any
-//! number.
+//! number, by the landing regions of the robot and by footsteps as `catch` takes them.
 
 use crate::ask::spec::Campaign;
 use crate::limit::search::ControllerLimit;
 use nalgebra::Point2;
 use serde::Serialize;
+use standfast_core::control::step::reach::earliest;
 use standfast_core::lipm::capture::{self, SteppingPendulum, SwingRegion};
 use standfast_core::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use standfast_sim::Profile;
@@ -55,10 +56,14 @@ pub struct Heading {
     /// With at most one footstep, and with any number. Both are None for a robot that does not say where its feet can land.
     pub bound_one_step_n_s: Option<f64>,
     pub bound_n_step_n_s: Option<f64>,
+    /// With any number that may also reach as far beyond the landing regions as `catch` aims its feet, and land as early as
+    /// `catch` counts a landing.
+    pub bound_early_n_s: Option<f64>,
     /// The bounds multiplied by `height_factor`.
     pub bound_no_step_at_height_n_s: f64,
     pub bound_one_step_at_height_n_s: Option<f64>,
     pub bound_n_step_at_height_n_s: Option<f64>,
+    pub bound_early_at_height_n_s: Option<f64>,
     pub controllers: Vec<ControllerLimit>,
 }
 
@@ -160,6 +165,10 @@ impl PendulumBounds {
         let no = bounds.no_step_n_s * self.push_factor;
         let [one, n] = [bounds.one_step_n_s, bounds.n_step_n_s]
             .map(|j| (!self.reach.is_empty()).then_some(j * self.push_factor));
+        let places = earliest(&self.reach, self.stance_width_m, self.com_height_m);
+        let early = (!places.is_empty()).then(|| {
+            held.early_n_s(heading_deg, &places).max(bounds.n_step_n_s) * self.push_factor
+        });
         let at_height = |bound_n_s: f64| bound_n_s * self.height_factor;
         Heading {
             heading_deg,
@@ -167,9 +176,11 @@ impl PendulumBounds {
             limited_by,
             bound_one_step_n_s: one,
             bound_n_step_n_s: n,
+            bound_early_n_s: early,
             bound_no_step_at_height_n_s: at_height(no),
             bound_one_step_at_height_n_s: one.map(at_height),
             bound_n_step_at_height_n_s: n.map(at_height),
+            bound_early_at_height_n_s: early.map(at_height),
             controllers: Vec::new(),
         }
     }
@@ -220,6 +231,26 @@ mod tests {
         );
     }
 
+    /// UT-mu2's, as another program computes them, from 0 to 180 degrees. There are more places in it, and three free footsteps.
+    #[test]
+    fn early_footsteps_take_what_others_found() {
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let bounds = PendulumBounds::new(&robot, &campaign("nominal", &[]));
+        for (heading_deg, found_n_s) in [
+            (0.0, 14.46),
+            (45.0, 16.84),
+            (90.0, 13.68),
+            (135.0, 17.20),
+            (180.0, 14.46),
+        ] {
+            let early_n_s = bounds.heading(heading_deg).bound_early_n_s.unwrap();
+            assert!(
+                (early_n_s / found_n_s - 1.0).abs() < 0.01,
+                "{heading_deg}: {early_n_s}, not {found_n_s} N s"
+            );
+        }
+    }
+
     /// Weak ankles hold less than the soles allow, forward by the torque of both over the weight.
     #[test]
     fn weak_ankles_limit_what_is_held_without_a_footstep() {
@@ -252,8 +283,12 @@ mod tests {
         let unknown = bound(&robot);
         assert_eq!(unknown.bound_no_step_n_s, weak.bound_no_step_n_s);
         assert_eq!(
-            [unknown.bound_one_step_n_s, unknown.bound_n_step_n_s],
-            [None; 2]
+            [
+                unknown.bound_one_step_n_s,
+                unknown.bound_n_step_n_s,
+                unknown.bound_early_n_s
+            ],
+            [None; 3]
         );
     }
 

@@ -13,6 +13,7 @@
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
 use super::quintic::Quintic;
+use super::reach::{aimed_m, time_s};
 use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{
     Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics,
@@ -50,14 +51,6 @@ const HANGS: f64 = 0.5;
 /// Largest turn of the trunk in a swing that crosses the legs (rad): the hip of the swing leg goes to the side of the stance
 /// leg on which the foot passes, and the other hip gives way. So the knees stay apart.
 const TURN: f64 = 0.15;
-/// Factors on the reach of a foot that goes straight: forward and backward, and to the side from home. A landing region
-/// ends where soles stay flat and its time suffices. But a sole rolls onto its edge where an ankle is at its limit, and a
-/// farther way takes longer by `TRAVEL_SHARE`. To the side, this time is what bounds a footstep, hardly the reach.
-const BEYOND: [f64; 2] = [1.25, 3.0];
-/// Swing time of a foot that goes straight, in swing times of its landing region: without travel, and per travel of one
-/// COM height. The time of a region is that of its farthest place from home.
-const STILL_SHARE: f64 = 0.7;
-const TRAVEL_SHARE: f64 = 0.5;
 /// Number of times that a footstep is planned until its travel and its swing time agree.
 const TRAVEL_ROUNDS: usize = 4;
 /// Share of each sole's length and width that inverse dynamics uses.
@@ -177,7 +170,7 @@ impl Footwork for CatchFootwork {
                 if way == Way::STRAIGHT {
                     for _ in 1..TRAVEL_ROUNDS {
                         let travel = (catch.place - from).norm() / length_m;
-                        swing_time_s = region_s * (STILL_SHARE + TRAVEL_SHARE * travel);
+                        swing_time_s = time_s(region_s, travel);
                         catch = plan(&problem, dcm, swing_time_s - transfer_s);
                     }
                 }
@@ -451,11 +444,6 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
     } = now.design;
     let weight_n = robot.weight_n();
     let home = Vector2::new(stance.x * foot.side(), stance.y);
-    let mut reach = [region.x_m, region.y_m];
-    if !region.crosses() {
-        reach[0] = reach[0].map(|x| BEYOND[0] * x);
-        reach[1][1] = home.y + BEYOND[1] * (reach[1][1] - home.y);
-    }
     let pressable = |standing: Foot, load_n: f64| {
         let [x, [low, high]] = robot.soles[standing].pressable_m(load_n);
         [
@@ -474,7 +462,7 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
             [low + margin, high - margin]
         }),
         support: pressable(foot, 0.5 * weight_n),
-        reach,
+        reach: aimed_m(region, home.y),
         home,
     }
 }

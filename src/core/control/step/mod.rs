@@ -9,6 +9,7 @@ mod footwork;
 mod home;
 pub mod paper;
 mod quintic;
+pub mod reach;
 mod swing;
 
 use crate::control::design::{Design, FootworkRules};

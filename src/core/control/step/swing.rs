@@ -7,7 +7,7 @@ use crate::robot::{Around, Foot, PerFoot, Pose};
 use nalgebra::{Isometry2, Point2, Vector2, Vector3};
 
 /// Share of the swing before which a load is not taken as a landing, because the foot may not have left the ground yet.
-const EARLIEST_LANDING: f64 = 0.6;
+pub const EARLIEST_LANDING: f64 = 0.6;
 /// Share of the swing before the end of an axis' motion within which the axis is not aimed anew.
 const ARRIVED: f64 = 0.05;
 /// Speed at which a late foot goes down, in COM heights times omega.

@@ -117,6 +117,34 @@ fn in_one_dimension_it_is_the_closed_form() {
     );
 }
 
+/// Footsteps of a stride of 0.15 m, all but the first of which travel by two of them. Without travel, and with a second place
+/// that is out of the way, the closed form of one region.
+#[test]
+fn footsteps_that_travel_far_take_longer() {
+    let stride = |time_s| Place {
+        at: Vector2::new(0.15, 0.097),
+        time_s,
+    };
+    let bound_m = |places: &[Place]| ut_mu2().early_n_s(0.0, places) / (8.0 * 5.63);
+    let q = |time_s: f64| (-5.63 * time_s).exp();
+    let nowhere = Place {
+        at: Vector2::new(-0.15, 0.3),
+        time_s: [0.1, 0.0],
+    };
+    for (places, first, later) in [
+        (vec![stride([0.1, 0.5])], q(0.175), q(0.25)),
+        (vec![stride([0.2, 0.0]), nowhere], q(0.2), q(0.2)),
+    ] {
+        let expected = 0.048086 + 0.15 * first / (1.0 - later);
+        let bound_m = bound_m(&places);
+        assert!(
+            (bound_m / expected - 1.0).abs() < NEARLY,
+            "{bound_m}, not {expected}"
+        );
+    }
+    assert_eq!(bound_m(&[]), 0.048086);
+}
+
 /// A foot that crosses by c in T, exactly sideways, and then one outward footstep.
 #[test]
 fn a_foot_that_crosses_catches_more_from_the_side() {
