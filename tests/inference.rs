@@ -2,7 +2,8 @@
 
 use crate::common::program::{PROGRAM, Run, files, folder, short, standfast, stderr, stdout};
 use serde_json::Value;
-use standfast::core::robot::{Foot, Kinematics, Robot};
+use standfast::core::robot::swing_time::least_swing_time_s;
+use standfast::core::robot::{Foot, Kinematics, LandingRegion, Robot};
 use standfast::files::assets::{self, InputKind, Source};
 use standfast::robots::urdf::{Files, inferred};
 use std::fs;
@@ -158,6 +159,25 @@ fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
             .any(|assumption| assumption.contains("1000 N m"));
         assert_eq!(told, to.contains("1000"), "{:?}", found.assumptions);
     }
+}
+
+/// Joints that turn at a fifth of their speed need 0.4 s to the farthest corner in front of the other foot.
+#[test]
+fn a_corner_that_costs_more_time_than_it_is_worth_is_no_landing_place() {
+    let urdf = assets::open(InputKind::Robot, "ut-mu2").unwrap();
+    let text = urdf.text.replace("velocity=\"20\"", "velocity=\"4\"");
+    let robot = robot_of(&Source { text, ..urdf });
+    let found = &robot.reach[1];
+    let worth = |region: &LandingRegion| {
+        let time_s = least_swing_time_s(&robot, region).unwrap();
+        (0.097 - region.y_m[0]) * (-robot.omega() * time_s).exp()
+    };
+    let wider = LandingRegion {
+        y_m: [found.y_m[0] - 0.008, found.y_m[1]],
+        ..found.clone()
+    };
+    assert!(found.y_m[0] > -0.03, "the legs reach farther: {found:?}");
+    assert!(worth(&wider) < worth(found), "{found:?}");
 }
 
 #[test]

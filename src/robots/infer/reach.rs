@@ -3,7 +3,7 @@
 //!
 //! A far place takes longer to reach. While the foot swings for the time T, the DCM moves away from the feet by the
 //! factor `e^(omega T)`, so a footstep of length x is worth `x e^(-omega T)`. Each region is extended as long as this
-//! worth grows.
+//! worth grows, or narrowed until it does, since a region has one time, that of its slowest corner.
 
 use super::clearance::Hulls;
 use super::figures::to_decimals;
@@ -27,6 +27,8 @@ const ARCS: [f64; 2] = [0.0, 0.065];
 const ACROSS: [f64; 2] = [0.1, 0.05];
 const DEPTHS: [f64; 2] = [0.08, 0.02];
 const ENDS: (f64, usize) = (0.02, 8);
+/// By how much narrower a region that crosses may be than what the legs reach without touching, in COM heights.
+const NARROWER: [f64; 4] = [0.0, 0.025, 0.05, 0.075];
 /// Slack of the times: the factor on a time, and the unit to which it is rounded up (s).
 const SLACK: f64 = 1.015;
 const TIME_UNIT_S: f64 = 0.005;
@@ -241,12 +243,27 @@ impl<'a> ReachSearch<'a> {
                             .all(|to| self.check_clear(foot, *to, region.around()).is_ok())
                     });
                     if is_clear {
-                        return self.timed(region);
+                        return self.worthiest(region);
                     }
                 }
             }
         }
         None
+    }
+
+    /// The part of a region that crosses whose farthest footstep to the side from home is worth most.
+    fn worthiest(&self, region: LandingRegion) -> Option<LandingRegion> {
+        let worth = |part: &LandingRegion| {
+            (self.apart_m - part.y_m[0]) * (-self.omega * part.swing_time_s).exp()
+        };
+        let parts = NARROWER.iter().filter_map(|narrower| {
+            let least = to_decimals(region.y_m[0] + narrower * self.height_m, 3);
+            self.timed(LandingRegion {
+                y_m: [least, region.y_m[1]],
+                ..region.clone()
+            })
+        });
+        parts.max_by(|a, b| worth(a).total_cmp(&worth(b)))
     }
 
     /// The region with its time; None if the legs do not reach all of it.
