@@ -586,7 +586,7 @@ pub mod tests {
             .filter(|line| !line.starts_with("  standfast push"))
             .collect();
         assert!(
-            alone.iter().all(|line| line.chars().count() <= 86),
+            alone.iter().all(|line| line.chars().count() <= 93),
             "{alone:?}"
         );
     }
