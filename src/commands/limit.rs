@@ -37,9 +37,9 @@ its 95 % interval. The trials are as in the campaign, but for impulse and
 heading of the first push. A heading of 0 degrees pushes forward, one of 90
 degrees to the left.
 
-Beside it stand the pendulum bounds with no footstep, one, or any
-number, and with any number that reach as far and land as early as those of
-`catch` can, for the mean duration of the push. If the push acts above the COM on
+Beside the limits stand the pendulum bounds with no footstep (none), with one
+(one), with any number (any), and with any number that reach as far and land as
+early as those of `catch` can (early), for the mean duration of the push. If the push acts above the COM on
 average, a second line has the bounds divided by 1 + height / COM height. The
 bounds need the regions `[[reach]]` in the robot's settings.
 

@@ -26,8 +26,8 @@
 //! gain is shrunk by q1 q2.
 //!
 //! - **Early**: any number of footsteps to [places](Place) beyond the regions. The time of footstep k is `a + b |r_k - s_k|`,
-//!   from where that foot stands, s_k: at home, or where the other foot left it, `-r_(k-1)`. The sequences that are gone
-//!   through alternate between two places, one for each foot. Their set is `B + q1 r1 + q1 q2 r2' + ...`.
+//!   from where that foot stands, s_k: at home or, after the other foot has landed at r_(k-1), at `-r'_(k-1)`. The sequences that
+//!   are gone through alternate between two places, one for each foot. Their set is `B + q1 r1 + q1 q2 r2' + ...`.
 //!
 //! These bounds are a yardstick, not a limit of every robot: they leave out leaps, angular momentum and rocking.
 
@@ -35,7 +35,7 @@ use crate::geometry::SupportPolygon;
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::PI;
 
-/// Largest number of footsteps that is tried, for "any number". More would bring less than a thousandth.
+/// Largest number of footsteps that is tried, for "any number". More would bring about a thousandth.
 pub const MOST_STEPS: usize = 10;
 /// Number of first footsteps each of which may take any region.
 const FREE_STEPS: usize = 2;
@@ -220,7 +220,7 @@ impl SteppingPendulum {
         };
         let after = |left: &Place, to: &Place| shrink(Vector2::new(-left.at.x, left.at.y), to);
         let home = Vector2::new(0.0, self.stance_width_m);
-        let mut best = self.both_soles().farthest(along, &self.both_soles());
+        let mut best = self.both_soles().leaves_at(along);
         for (first, second) in places
             .iter()
             .flat_map(|a| places.iter().map(move |b| (a, b)))

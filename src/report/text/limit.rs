@@ -208,10 +208,10 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     text + &wrapped(
         "",
         &format!(
-            "`none`, `one`, `any` and `early` are pendulum bounds: the largest impulses from which an ideal pendulum recovers \
-             with no footstep, with one, and with any number of them; it keeps its height, has no angular momentum, and a \
-             footstep has the reach and the time that the robot's settings state. With `early`, it reaches as far as `catch` \
-             aims its feet, and lands as early as `catch` counts a landing. A robot may take more.{torque} `50 % recover` is the impulse \
+            "`none`, `one` and `any` are pendulum bounds: the largest impulses from which an ideal pendulum recovers with no \
+             footstep, with one, and with any number. It keeps its height and has no angular momentum, and its footsteps have \
+             the reach and the time of the robot's settings. `early` is the same as `any` with footsteps that reach as far as \
+             `catch` aims its feet and land as early as `catch` counts a landing. A robot may take more.{torque} `50 % recover` is the impulse \
              from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
              {safe}{starts} {} episodes were run.{}",
             limits.episodes,

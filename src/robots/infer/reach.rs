@@ -3,7 +3,8 @@
 //!
 //! A far place takes longer to reach. While the foot swings for the time T, the DCM moves away from the feet by the
 //! factor `e^(omega T)`, so a footstep of length x is worth `x e^(-omega T)`. Each region is extended as long as this
-//! worth grows, or narrowed until it does, since a region has one time, that of its slowest corner.
+//! worth grows. A region has one time, that of its slowest corner; so one in which legs cross is narrowed where that is worth
+//! more.
 
 use super::clearance::Hulls;
 use super::figures::to_decimals;
@@ -253,9 +254,8 @@ impl<'a> ReachSearch<'a> {
 
     /// The part of a region that crosses whose farthest footstep to the side from home is worth most.
     fn worthiest(&self, region: LandingRegion) -> Option<LandingRegion> {
-        let worth = |part: &LandingRegion| {
-            (self.apart_m - part.y_m[0]) * (-self.omega * part.swing_time_s).exp()
-        };
+        let worth =
+            |part: &LandingRegion| self.worth(self.apart_m - part.y_m[0], part.swing_time_s);
         let parts = NARROWER.iter().filter_map(|narrower| {
             let least = to_decimals(region.y_m[0] + narrower * self.height_m, 3);
             self.timed(LandingRegion {

@@ -231,7 +231,7 @@ mod tests {
         );
     }
 
-    /// UT-mu2's, as another program computes them, from 0 to 180 degrees. There are more places in it, and three free footsteps.
+    /// UT-mu2's, as another program computes them. It tries at most eight footsteps, the first three of them to any places.
     #[test]
     fn early_footsteps_take_what_others_found() {
         let robot = standfast_robots::load("ut-mu2").unwrap();

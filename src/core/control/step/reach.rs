@@ -1,5 +1,7 @@
 //! How far a foot of `catch` is aimed, beyond its [landing region](LandingRegion), and how long it is in the air, by its
-//! travel. The pendulum bound `early` of `standfast limit` rests on the same footsteps.
+//! travel. The pendulum bound `early` of `standfast limit` rests on the same footsteps, but for a foot that goes back after a
+//! crossing: there it goes straight. With the fixed time that `catch` gives it, the bound of UT-mu2 would be 2 % larger on the
+//! diagonals.
 
 use super::swing::EARLIEST_LANDING;
 use crate::lipm::capture::Place;
