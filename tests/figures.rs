@@ -75,6 +75,7 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
         (0..9).map(row).collect::<Vec<_>>()
     );
 
+    // The guide says that `early` is above all of them.
     for heading in ["rapier", "mujoco"]
         .map(|engine| nominal[engine].as_array().unwrap())
         .into_iter()

@@ -38,10 +38,10 @@ heading of the first push. A heading of 0 degrees pushes forward, one of 90
 degrees to the left.
 
 Beside the limits stand the pendulum bounds with no footstep (none), with one
-(one), with any number (any), and with any number that reach as far and land as
-early as those of `catch` can (early), for the mean duration of the push. If the push acts above the COM on
-average, a second line has the bounds divided by 1 + height / COM height. The
-bounds need the regions `[[reach]]` in the robot's settings.
+(one), and with any number that reach as far and land as early as those of
+`catch` can (early), for the mean duration of the push. If the push acts above
+the COM on average, a second line has the bounds divided by 1 + height / COM
+height. The bounds need the regions `[[reach]]` in the robot's settings.
 
 The search assumes that 2 % of the trials are lost, and 2 % are won, whatever
 the impulse; 50 % and 90 % refer to the other trials. With controllers that take
